@@ -1,0 +1,3 @@
+//! The engine (being written).
+pub mod buffer;
+pub mod column;
