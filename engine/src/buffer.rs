@@ -121,10 +121,8 @@ impl<T: Element> Deref for Buffer<T> {
 
 impl<T: Element> DerefMut for Buffer<T> {
     fn deref_mut(&mut self) -> &mut [T] {
-        if let Storage::Mapped(m) = &self.storage {
-            if !m.writable {
-                self.to_mut();
-            }
+        if let Storage::Mapped(Mapped { writable: false, .. }) = &self.storage {
+            self.to_mut();
         }
         match &mut self.storage {
             Storage::Owned(values) => values,

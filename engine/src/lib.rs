@@ -1,3 +1,39 @@
-//! The engine (being written).
+//! The Fissure engine: particle columns, bonds as compressed rows, the material traits, the peridynamic passes and the
+//! world with its step. It knows no file format, no mesh and no law by name.
+//!
+//! A constitutive law implements [`BondLaw`] (the physics of one bond), is registered with [`Registry::bonds`], and gets
+//! everything else from [`Peridynamic`]. A body that has no bonds implements [`Material`] itself.
+//!
+//! Promises: the same bits on any number of threads; force evaluation changes no state; a step after the first
+//! allocates nothing; every array that must survive a restart is shown by [`World::visit`].
+
+pub mod anchor;
+pub mod bonds;
 pub mod buffer;
 pub mod column;
+pub mod fracture;
+pub mod frame;
+pub mod ground;
+pub mod lane;
+pub mod law;
+pub mod material;
+pub mod params;
+pub mod particles;
+pub mod peridynamic;
+pub mod phase;
+pub mod registry;
+pub mod world;
+
+pub use anchor::Anchor;
+pub use bonds::{Bonds, Families};
+pub use column::{Column, Life, Of, Visitor};
+pub use ground::Ground;
+pub use lane::Lane;
+pub use law::{Bond, BondLaw, Criterion, Surroundings};
+pub use material::{BuildError, Link, Material};
+pub use params::{Kind, ParamError, Parameter, Params, Range, Value};
+pub use particles::{BodyParticles, Particles};
+pub use peridynamic::Peridynamic;
+pub use phase::{Phase, Profile};
+pub use registry::Registry;
+pub use world::{Body, BodyInput, Energies, StepError, World};

@@ -1,1 +1,13 @@
-//! (being written)
+//! The constitutive laws that come with Fissure, one file each, and the list that registers them.
+
+mod isotropic;
+pub mod moduli;
+
+pub use isotropic::Isotropic;
+
+use fissure_engine::Registry;
+
+/// Every material of this crate. Your own crate starts from it: `registry().bonds::<Mine, _>()`.
+pub fn registry() -> Registry {
+    Registry::default().bonds::<Isotropic, _>()
+}

@@ -1,0 +1,151 @@
+//! The bonds of a body as compressed rows, padded to chunks of eight.
+//!
+//! ```text
+//! row i:  chunks offsets[i] .. offsets[i+1], eight bond slots each
+//! slot k: neighbours[k], weight[k]            (f32 lanes read eight at once)
+//! chunk c: intact[c], bit l set while the bond in slot 8c + l holds
+//! ```
+//! Both directions of a bond are stored and a row is written by its own particle only, so no pass needs atomics. A
+//! broken bond only loses its bit: neighbours and weights never change, and a checkpoint stores one bit per bond.
+//! Padding slots point at their own particle and have no bit.
+
+use glam::{DVec3, Vec3};
+
+use crate::buffer::Buffer;
+use crate::column::{Column, Of, Visitor};
+
+/// Bond slots in a chunk: the width of the widest lane.
+pub const CHUNK: usize = 8;
+
+/// Families as the k-d tree finds them: plain rows, both directions, self left out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Families {
+    /// First neighbour of each row; one more than there are rows.
+    pub offsets: Vec<u32>,
+    /// Neighbours, row after row.
+    pub neighbours: Vec<u32>,
+}
+
+impl Families {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The family of particle `i`.
+    pub fn row(&self, i: usize) -> &[u32] {
+        &self.neighbours[self.offsets[i] as usize..self.offsets[i + 1] as usize]
+    }
+}
+
+/// The bonds of one body.
+#[derive(Clone, Debug, Default)]
+pub struct Bonds {
+    /// First chunk of each row; one more than there are rows.
+    pub offsets: Buffer<u32>,
+    /// Neighbour in each slot, counted from the body's first particle.
+    pub neighbours: Buffer<u32>,
+    /// Influence ω [1] of each slot.
+    pub weight: Buffer<f32>,
+    /// One bit per slot of a chunk: set while the bond holds.
+    pub intact: Buffer<u8>,
+    /// N_i, the number of bonds in the undamaged row.
+    pub family: Buffer<u32>,
+}
+
+impl Bonds {
+    /// Lays out the rows of `families`; `influence` gives ω of a rest bond ξ [m].
+    pub fn new(families: &Families, rest: &[Vec3], influence: impl Fn(usize, DVec3) -> f64) -> Self {
+        let rows = families.len();
+        let mut offsets = Vec::with_capacity(rows + 1);
+        offsets.push(0u32);
+        for i in 0..rows {
+            let chunks = families.row(i).len().div_ceil(CHUNK) as u32;
+            offsets.push(offsets[i] + chunks);
+        }
+        let chunks = offsets[rows] as usize;
+        let mut neighbours = Vec::with_capacity(chunks * CHUNK);
+        let mut weight = Vec::with_capacity(chunks * CHUNK);
+        let mut intact = Vec::with_capacity(chunks);
+        for i in 0..rows {
+            let home = rest[i].as_dvec3();
+            for group in families.row(i).chunks(CHUNK) {
+                for &j in group {
+                    neighbours.push(j);
+                    weight.push(influence(i, rest[j as usize].as_dvec3() - home) as f32);
+                }
+                neighbours.resize(neighbours.len() + CHUNK - group.len(), i as u32);
+                weight.resize(neighbours.len(), 0.0);
+                intact.push((0xFFu32 >> (CHUNK - group.len())) as u8);
+            }
+        }
+        let family = (0..rows).map(|i| families.row(i).len() as u32).collect::<Vec<_>>();
+        Self {
+            offsets: offsets.into(),
+            neighbours: neighbours.into(),
+            weight: weight.into(),
+            intact: intact.into(),
+            family: family.into(),
+        }
+    }
+
+    /// Number of rows, one per particle.
+    pub fn rows(&self) -> usize {
+        self.family.len()
+    }
+
+    /// Number of directed bonds in the undamaged body, padding not counted.
+    pub fn directed(&self) -> u64 {
+        self.family.iter().map(|&n| u64::from(n)).sum()
+    }
+
+    /// Number of directed bonds that hold.
+    pub fn holding(&self) -> u64 {
+        self.intact.iter().map(|b| u64::from(b.count_ones())).sum()
+    }
+
+    /// Chunks of row `i`.
+    #[inline(always)]
+    pub fn chunks(&self, i: usize) -> std::ops::Range<usize> {
+        self.offsets[i] as usize..self.offsets[i + 1] as usize
+    }
+
+    /// Slots of row `i` whose bond holds.
+    pub fn slots(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        self.chunks(i)
+            .flat_map(move |c| (0..CHUNK).filter(move |l| self.intact[c] >> l & 1 == 1).map(move |l| c * CHUNK + l))
+    }
+
+    /// Shows every column.
+    pub fn visit(&mut self, scope: &str, v: &mut Visitor<'_>) {
+        v(scope, &Column::frozen("offsets", "1", Of::Row), &mut self.offsets);
+        v(scope, &Column::frozen("neighbours", "1", Of::Bond), &mut self.neighbours);
+        v(scope, &Column::frozen("weight", "1", Of::Bond), &mut self.weight);
+        v(scope, &Column::live("intact", "1", Of::Chunk), &mut self.intact);
+        v(scope, &Column::frozen("family", "1", Of::Particle), &mut self.family);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_padded_to_chunks_and_padding_is_never_intact() {
+        let families = Families { offsets: vec![0, 9, 10, 10], neighbours: vec![1, 2, 1, 2, 1, 2, 1, 2, 1, 0] };
+        let rest = [Vec3::ZERO, Vec3::X, Vec3::new(0.0, 2.0, 0.0)];
+        let bonds = Bonds::new(&families, &rest, |_, xi| 1.0 / xi.length());
+        assert_eq!(&bonds.offsets[..], &[0, 2, 3, 3]);
+        assert_eq!((bonds.directed(), bonds.holding()), (10, 10));
+        assert_eq!(&bonds.intact[..], &[0xFF, 1, 1]);
+        assert_eq!(bonds.neighbours[9..16], [0; 7]);
+        assert_eq!((bonds.weight[0], bonds.weight[1], bonds.weight[9]), (1.0, 0.5, 0.0));
+        assert_eq!(bonds.slots(0).collect::<Vec<_>>(), (0..9).collect::<Vec<_>>());
+        assert_eq!(bonds.slots(2).count(), 0);
+    }
+}

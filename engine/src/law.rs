@@ -1,0 +1,143 @@
+//! The physics of one bond: what a new constitutive law or fracture criterion implements.
+//!
+//! A law sees one directed bond i→j from the side of i. It has no loops, threads or indices; the passes in
+//! [`peridynamic`](crate::peridynamic) inline it and evaluate it twice per bond, once from each side, so that the pair
+//! force (T_ij + T_ji) V_j is antisymmetric whatever the law does (Chen et al., Eqs. 2–3).
+
+use glam::DVec3;
+
+use crate::column::Column;
+use crate::lane::Lane;
+use crate::params::{ParamError, Parameter, Params};
+
+/// One directed bond i→j, seen from i.
+#[derive(Clone, Copy, Debug)]
+pub struct Bond<L> {
+    /// Rest length |ξ| [m], ξ = x_j − x_i; positive.
+    pub rest: L,
+    /// Extension e = |y| − |ξ| [m], y = y_j − y_i; at least −|ξ|.
+    pub ext: L,
+    /// Λ = ŷ·ξ̂, the cosine between deformed and rest bond; 1 unless the law says [`BondLaw::needs_cos`].
+    pub cos: L,
+    /// Influence ω [1] (Eq. 5).
+    pub weight: L,
+    /// Dilatation θ_i [1] of the particle whose side this is (Eq. 6); 0 while θ itself is being summed.
+    pub theta: L,
+    /// One over the weighted volume m_i = Σ ω |ξ|² V [m⁵].
+    pub inv_m: L,
+}
+
+/// What a law knows about its body when it is built.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings {
+    /// Horizon δ [m].
+    pub horizon: f64,
+    /// Mean spacing of the particles [m] (mean edge length of the mesh).
+    pub spacing: f64,
+}
+
+/// A constitutive law: the physics of one bond with `M` remembered numbers.
+///
+/// Units: `force` returns T, a force density per volume of the neighbour [N/m⁶]. Chen et al. write T = A/2 (Eq. 3).
+pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
+    /// The word used in scene files.
+    const NAME: &'static str;
+    /// One line for `fissure materials`.
+    const SUMMARY: &'static str;
+    /// Every parameter of the law; anything else in a scene is refused.
+    const PARAMETERS: &'static [Parameter];
+    /// The remembered numbers of a directed bond; they start at 0 and survive restarts.
+    const MEMORY: [Column; M];
+    /// Whether the law reads [`Bond::theta`]. A bond-based law says no and saves a pass.
+    const NEEDS_THETA: bool = true;
+
+    /// Reads the parameters.
+    ///
+    /// # Errors
+    /// What is missing, out of range, or contradicts itself.
+    fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError>;
+
+    /// Whether the law reads [`Bond::cos`]. Such a law loses the co-rotating frame and with it some precision.
+    fn needs_cos(&self) -> bool {
+        false
+    }
+
+    /// Whether [`bond_energy`](Self::bond_energy) and [`theta_energy`](Self::theta_energy) are meaningful, that is
+    /// whether the force is minus the gradient of their sum.
+    fn has_energy(&self) -> bool {
+        false
+    }
+
+    /// Influence ω of rest bond ξ [m]; default δ/|ξ| (Eq. 5). Anisotropy is only another ω (Eq. 17).
+    fn influence(&self, xi: DVec3, horizon: f64) -> f64 {
+        horizon / xi.length()
+    }
+
+    /// This bond's share of the dilatation: θ_i = Σ_j dilatation · V_j, so its unit is 1/m³.
+    fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L;
+
+    /// T_ij [N/m⁶], positive in tension, for the state *after* any flow of this step. Must not depend on anything
+    /// else: evaluating twice gives the same bits.
+    fn force<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L;
+
+    /// The memory after this step; called once per step. Default: unchanged.
+    fn flow<L: Lane>(&self, _b: &Bond<L>, memory: [L; M]) -> [L; M] {
+        memory
+    }
+
+    /// The extension that counts towards fracture [m] (Eq. 18); default all of it.
+    fn elastic_extension<L: Lane>(&self, b: &Bond<L>, _memory: [L; M]) -> L {
+        b.ext
+    }
+
+    /// The energy this directed bond stores, per V_i·V_j [J/m⁶].
+    fn bond_energy<L: Lane>(&self, _b: &Bond<L>, _memory: [L; M]) -> L {
+        L::of(0.0)
+    }
+
+    /// The energy density that dilatation stores beside the bonds [J/m³].
+    fn theta_energy(&self, _theta: f64) -> f64 {
+        0.0
+    }
+}
+
+/// When a bond breaks: a plug-in of its own beside the law.
+pub trait Criterion: Sized + Send + Sync + 'static {
+    /// The word used in scene files.
+    const NAME: &'static str;
+    /// One line for `fissure materials`.
+    const SUMMARY: &'static str;
+    /// Every parameter of the criterion.
+    const PARAMETERS: &'static [Parameter];
+    /// False only for [`Unbreakable`]: the passes then skip the test.
+    const BREAKS: bool = true;
+
+    /// Reads the parameters.
+    ///
+    /// # Errors
+    /// What is missing or out of range.
+    fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError>;
+
+    /// How close the bond is to breaking: it breaks where this is above 1. `elastic` is the mean over both sides of the
+    /// extension that counts [m], `damage` the larger φ of the two particles (0 intact, 1 all bonds broken), so that
+    /// both directions of a bond always agree. Must be monotonic in `damage`.
+    fn severity<L: Lane>(&self, b: &Bond<L>, elastic: L, damage: L) -> L;
+}
+
+/// No fracture.
+pub struct Unbreakable;
+
+impl Criterion for Unbreakable {
+    const NAME: &'static str = "none";
+    const SUMMARY: &'static str = "no fracture: bonds never break";
+    const PARAMETERS: &'static [Parameter] = &[];
+    const BREAKS: bool = false;
+
+    fn from_params(_: &Params, _: &Surroundings) -> Result<Self, ParamError> {
+        Ok(Self)
+    }
+
+    fn severity<L: Lane>(&self, _: &Bond<L>, _: L, _: L) -> L {
+        L::of(0.0)
+    }
+}

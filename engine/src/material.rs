@@ -1,0 +1,98 @@
+//! What the step asks of a body: given the particles, how do velocities change, what broke, what must be remembered?
+//!
+//! One dynamic call per body and phase. A bond law gets all of this from [`Peridynamic`](crate::Peridynamic); the
+//! shape-matching lattice answers for itself, with α(g − x)/h as its velocity change (Ohta et al., Eqs. 3–4).
+
+use glam::DVec3;
+use thiserror::Error;
+
+use crate::bonds::{Bonds, Families};
+use crate::column::Visitor;
+use crate::particles::BodyParticles;
+
+/// A broken neighbour link between two particles of a body, counted from its first; `i < j`. Meshing cuts here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)] // the two ends
+pub struct Link {
+    pub i: u32,
+    pub j: u32,
+}
+
+/// What a fresh body is built from.
+#[derive(Debug)]
+pub struct Geometry<'a> {
+    /// The particles, already in place.
+    pub particles: BodyParticles<'a>,
+    /// Who is in whose horizon.
+    pub families: Families,
+}
+
+/// Why a body cannot be built.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum BuildError {
+    /// A particle without neighbours feels no force.
+    #[error(
+        "{count} of {total} particles have no neighbour within the horizon of {horizon} m, the first is particle {first}; use a larger horizon or a finer mesh"
+    )]
+    Isolated {
+        /// How many.
+        count: usize,
+        /// Of how many.
+        total: usize,
+        /// The first one's index.
+        first: usize,
+        /// The horizon [m].
+        horizon: f64,
+    },
+    /// A volume or mass that is not positive.
+    #[error("particle {particle} has {what} = {value}; it must be above 0")]
+    NotPositive {
+        /// Its index.
+        particle: usize,
+        /// Volume or mass.
+        what: &'static str,
+        /// The value.
+        value: f64,
+    },
+}
+
+/// A body's material: the outer plug-in interface, one dynamic call per body and phase.
+pub trait Material: Send + Sync {
+    /// Prepares a fresh body. A restored one is not built: its columns are filled in by [`visit`](Self::visit).
+    ///
+    /// # Errors
+    /// Geometry that the material cannot work with.
+    fn build(&mut self, geometry: Geometry<'_>) -> Result<(), BuildError>;
+
+    /// Largest stable time step [s]; infinite for position-based bodies.
+    fn stable_dt(&self, p: &BodyParticles<'_>) -> f64;
+
+    /// Adds to `dv` [m/s] what deformation does in `dt` [s]: h·f/ρ for forces. Changes no state: evaluating twice gives
+    /// the same bits.
+    fn respond(&mut self, p: &BodyParticles<'_>, dt: f64, dv: &mut [DVec3]);
+
+    /// Lets the memory flow (plasticity); once per step, after [`respond`](Self::respond) at the same positions.
+    fn flow(&mut self) {}
+
+    /// Breaks what [`respond`](Self::respond) found to be over the limit: updates `damage` [1] and appends every broken
+    /// link to `cuts`, in order of `i`.
+    fn fracture(&mut self, _damage: &mut [f32], _cuts: &mut Vec<Link>) {}
+
+    /// Elastic energy [J], if the law has one.
+    fn energy(&mut self, _p: &BodyParticles<'_>) -> Option<f64> {
+        None
+    }
+
+    /// Force densities [N/m³] in all-f64 arithmetic, to judge the fast path by.
+    fn reference_forces(&self, _p: &BodyParticles<'_>) -> Option<Vec<DVec3>> {
+        None
+    }
+
+    /// The bonds, if the material has any.
+    fn bonds(&self) -> Option<&Bonds> {
+        None
+    }
+
+    /// Shows every array that must survive a restart, always in the same order.
+    fn visit(&mut self, scope: &str, v: &mut Visitor<'_>);
+}

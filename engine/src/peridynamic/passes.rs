@@ -1,0 +1,226 @@
+//! The loops over bonds, written once for every law, criterion and lane.
+//!
+//! Each row is summed by one thread in a fixed order and writes only itself, so the result has the same bits on any
+//! number of threads. A chunk whose bonds are all broken is skipped: as bonds break, steps get faster.
+
+use glam::DVec3;
+
+use super::pose::{Kernel, Record};
+use crate::bonds::{Bonds, CHUNK};
+use crate::lane::Lane;
+use crate::law::{Bond, BondLaw, Criterion};
+
+/// Everything that a pass reads of a body, as plain slices.
+#[derive(Clone, Copy)]
+pub(super) struct Scene<'a, R> {
+    offsets: &'a [u32],
+    neighbours: &'a [u32],
+    weight: &'a [f32],
+    intact: &'a [u8],
+    records: &'a [R],
+}
+
+/// The remembered numbers of every slot: of its own side, and of the neighbour's. Both are kept in the row, so a pass
+/// never looks up the twin of a bond.
+#[derive(Clone, Copy)]
+pub(super) struct Memory<'a, const M: usize> {
+    pub own: [&'a [f32]; M],
+    pub twin: [&'a [f32]; M],
+}
+
+impl<const M: usize> Memory<'_, M> {
+    #[inline(always)]
+    fn at<L: Kernel>(&self, slot: usize) -> ([L; M], [L; M]) {
+        let load = |columns: [&[f32]; M]| std::array::from_fn(|k| L::load(&columns[k][slot..]));
+        (load(self.own), load(self.twin))
+    }
+}
+
+/// One chunk's geometry: what both sides of its bonds share.
+struct Geometry<L> {
+    own: Bond<L>,
+    other: Bond<L>,
+    /// y = ξ + u_j − u_i [m] and 1/|y|.
+    y: [L; 3],
+    inv_length: L,
+    volume: L,
+}
+
+impl<'a, R: Record> Scene<'a, R> {
+    pub fn new(bonds: &'a Bonds, records: &'a [R]) -> Self {
+        Self {
+            offsets: &bonds.offsets,
+            neighbours: &bonds.neighbours,
+            weight: &bonds.weight,
+            intact: &bonds.intact,
+            records,
+        }
+    }
+
+    /// Chunks of row `i`.
+    #[inline(always)]
+    pub fn chunks(&self, i: usize) -> std::ops::Range<usize> {
+        self.offsets[i] as usize..self.offsets[i + 1] as usize
+    }
+
+    /// Bonds of `slot .. slot + WIDTH` as a law sees them from both sides.
+    #[inline(always)]
+    fn bond(&self, needs_cos: bool, i: usize, slot: usize) -> Geometry<R::Lane> {
+        let of = <R::Lane as Lane>::of;
+        let home = &self.records[i];
+        let g = R::Lane::gather(self.records, &self.neighbours[slot..], home);
+        let weight = R::Lane::load(&self.weight[slot..]);
+        let (theta, inv_m) = R::Lane::own(home);
+        let y = [g.xi[0] + g.du[0], g.xi[1] + g.du[1], g.xi[2] + g.du[2]];
+        let dot = |a: [R::Lane; 3], b: [R::Lane; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        // a padding slot has ξ = 0, and a crushed bond y = 0: keep both finite
+        let tiny = of(1e-30);
+        let rest = dot(g.xi, g.xi).max(tiny).sqrt();
+        let length = dot(y, y).max(tiny).sqrt();
+        let sum = length + rest;
+        // one division for 1/|y| and 1/(|y| + |ξ|)
+        let both = of(1.0) / (length * sum);
+        let inv_length = sum * both;
+        // e = |y| − |ξ| without cancellation: (2ξ·du + du·du)/(|y| + |ξ|)
+        let two_xi = [g.xi[0] + y[0], g.xi[1] + y[1], g.xi[2] + y[2]];
+        let ext = dot(two_xi, g.du) * (length * both);
+        let cos = if needs_cos { dot(g.xi, y) * inv_length / rest } else { of(1.0) };
+        let own = Bond { rest, ext, cos, weight, theta, inv_m };
+        let other = Bond { theta: g.theta, inv_m: g.inv_m, ..own };
+        Geometry { own, other, y, inv_length, volume: g.volume }
+    }
+
+    /// Calls `body` with each group of slots of row `i` that still holds a bond, and the group's intact bits.
+    #[inline(always)]
+    fn groups(&self, i: usize, mut body: impl FnMut(usize, u8)) {
+        for chunk in self.chunks(i) {
+            let intact = self.intact[chunk];
+            if intact == 0 {
+                continue;
+            }
+            for part in 0..CHUNK / R::Lane::WIDTH {
+                body(chunk * CHUNK + part * R::Lane::WIDTH, intact >> (part * R::Lane::WIDTH));
+            }
+        }
+    }
+
+    /// θ_i (Eq. 6), the sum of the law's shares.
+    #[inline(always)]
+    pub fn dilatation<T: BondLaw<M>, const M: usize>(&self, law: &T, i: usize) -> f64 {
+        let zero = R::Lane::of(0.0);
+        let mut sum = zero;
+        self.groups(i, |slot, intact| {
+            let g = self.bond(law.needs_cos(), i, slot);
+            let share = law.dilatation(&g.own) * g.volume;
+            sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
+        });
+        sum.total()
+    }
+
+    /// Force density Σ (T_ij − T_ji) V_j [N/m³] on particle `i` (Eq. 2), in the frame of the records. `hit(chunk, bits)`
+    /// is told which bonds might break; it errs on the side of too many.
+    #[inline(always)]
+    pub fn force<T: BondLaw<M>, C: Criterion, const M: usize>(
+        &self,
+        memory: &Memory<'_, M>,
+        law: &T,
+        criterion: &C,
+        i: usize,
+        mut hit: impl FnMut(usize, u8),
+    ) -> DVec3 {
+        let zero = R::Lane::of(0.0);
+        let mut sum = [zero; 3];
+        self.groups(i, |slot, intact| {
+            let g = self.bond(law.needs_cos(), i, slot);
+            let (own, twin) = memory.at(slot);
+            // T_ji points the other way, so the pair adds up (Eq. 3); a + b = b + a makes it antisymmetric to the bit
+            let pair = (law.force(&g.own, own) + law.force(&g.other, twin)) * (g.volume * g.inv_length);
+            let pair = R::Lane::pick(R::Lane::unpack(intact), pair, zero);
+            for k in 0..3 {
+                sum[k] = sum[k] + pair * g.y[k];
+            }
+            if C::BREAKS {
+                let elastic = mean_elastic(law, &g, own, twin);
+                let worst = criterion.severity(&g.own, elastic, zero).max(criterion.severity(
+                    &g.own,
+                    elastic,
+                    R::Lane::of(1.0),
+                ));
+                let bits = R::Lane::pack(worst.above(R::Lane::of(1.0))) & intact;
+                if bits != 0 {
+                    hit(slot / CHUNK, bits << (slot % CHUNK));
+                }
+            }
+        });
+        DVec3::new(sum[0].total(), sum[1].total(), sum[2].total())
+    }
+
+    /// Which of the bonds in `bits` of `chunk` break, given the damage φ of both particles: eight severities.
+    #[inline(always)]
+    pub fn severities<T: BondLaw<M>, C: Criterion, const M: usize>(
+        &self,
+        memory: &Memory<'_, M>,
+        law: &T,
+        criterion: &C,
+        i: usize,
+        chunk: usize,
+        damage: &[f32],
+    ) -> u8 {
+        let mut out = 0;
+        for part in 0..CHUNK / R::Lane::WIDTH {
+            let slot = chunk * CHUNK + part * R::Lane::WIDTH;
+            let g = self.bond(law.needs_cos(), i, slot);
+            let (own, twin) = memory.at(slot);
+            let mut phi = [0.0; CHUNK];
+            for l in 0..R::Lane::WIDTH {
+                phi[l] = damage[self.neighbours[slot + l] as usize].max(damage[i]);
+            }
+            let severity = criterion.severity(&g.own, mean_elastic(law, &g, own, twin), R::Lane::load(&phi));
+            out |= R::Lane::pack(severity.above(R::Lane::of(1.0))) << (part * R::Lane::WIDTH);
+        }
+        out
+    }
+
+    /// Replaces the memory of both sides of row `i`; the slices start at slot `base`.
+    #[inline(always)]
+    pub fn flow<T: BondLaw<M>, const M: usize>(
+        &self,
+        law: &T,
+        i: usize,
+        base: usize,
+        own: &mut [&mut [f32]; M],
+        twin: &mut [&mut [f32]; M],
+    ) {
+        self.groups(i, |slot, intact| {
+            let g = self.bond(law.needs_cos(), i, slot);
+            let mask = R::Lane::unpack(intact);
+            let side = |bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
+                let old: [R::Lane; M] = std::array::from_fn(|k| R::Lane::load(&columns[k][slot - base..]));
+                let new = law.flow(bond, old);
+                for k in 0..M {
+                    R::Lane::pick(mask, new[k], old[k]).store(&mut columns[k][slot - base..]);
+                }
+            };
+            side(&g.own, own);
+            side(&g.other, twin);
+        });
+    }
+
+    /// Energy Σ_j w_ij V_j of the directed bonds of row `i` [J/m³].
+    pub fn energy<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, law: &T, i: usize) -> f64 {
+        let zero = R::Lane::of(0.0);
+        let mut sum = zero;
+        self.groups(i, |slot, intact| {
+            let g = self.bond(law.needs_cos(), i, slot);
+            let energy = law.bond_energy(&g.own, memory.at(slot).0) * g.volume;
+            sum = sum + R::Lane::pick(R::Lane::unpack(intact), energy, zero);
+        });
+        sum.total()
+    }
+}
+
+#[inline(always)]
+fn mean_elastic<L: Lane, T: BondLaw<M>, const M: usize>(law: &T, g: &Geometry<L>, memory: [L; M], twin: [L; M]) -> L {
+    let both = law.elastic_extension(&g.own, memory) + law.elastic_extension(&g.other, twin);
+    both * L::of(0.5)
+}

@@ -1,0 +1,125 @@
+//! The visible list of materials: a word in a scene file to a built material.
+
+use crate::fracture::CriticalStretch;
+use crate::law::{BondLaw, Criterion, Surroundings, Unbreakable};
+use crate::material::Material;
+use crate::params::{ParamError, Parameter, Params, Value, hint};
+use crate::peridynamic::Peridynamic;
+
+/// What geometry a material is built from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wants {
+    /// Particles with families within a horizon.
+    Bonds,
+}
+
+/// Makes a material from the parameters of law and criterion.
+type Make = fn(&Params, &Params, &Surroundings) -> Result<Box<dyn Material>, ParamError>;
+
+/// A criterion registered beside a law.
+#[derive(Clone)]
+pub struct CriterionEntry {
+    /// The word in scene files.
+    pub name: &'static str,
+    /// One line of help.
+    pub summary: &'static str,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+    make: Make,
+}
+
+/// A registered material.
+#[derive(Clone)]
+pub struct Entry {
+    /// The word in scene files.
+    pub name: &'static str,
+    /// One line of help.
+    pub summary: &'static str,
+    /// Its parameters.
+    pub parameters: &'static [Parameter],
+    /// The geometry it is built from.
+    pub wants: Wants,
+    /// The fracture criteria it can have.
+    pub criteria: Vec<CriterionEntry>,
+}
+
+/// All materials that a program knows.
+#[derive(Clone, Default)]
+pub struct Registry {
+    entries: Vec<Entry>,
+}
+
+impl Registry {
+    /// Adds a bond law with every criterion of the engine. A law of the same name is replaced.
+    pub fn bonds<T: BondLaw<M>, const M: usize>(self) -> Self {
+        self.pair::<T, Unbreakable, M>().pair::<T, CriticalStretch, M>()
+    }
+
+    /// Adds a bond law with one criterion, for criteria of your own.
+    pub fn pair<T: BondLaw<M>, C: Criterion, const M: usize>(mut self) -> Self {
+        let criterion = CriterionEntry {
+            name: C::NAME,
+            summary: C::SUMMARY,
+            parameters: C::PARAMETERS,
+            make: |law, criterion, at| {
+                let (law, criterion) = (T::from_params(law, at)?, C::from_params(criterion, at)?);
+                Ok(Box::new(Peridynamic::<T, C, M>::new(law, criterion, at.horizon)))
+            },
+        };
+        let entry = match self.entries.iter().position(|e| e.name == T::NAME) {
+            Some(k) => &mut self.entries[k],
+            None => {
+                self.entries.push(Entry {
+                    name: T::NAME,
+                    summary: T::SUMMARY,
+                    parameters: T::PARAMETERS,
+                    wants: Wants::Bonds,
+                    criteria: Vec::new(),
+                });
+                self.entries.last_mut().expect("just pushed")
+            }
+        };
+        entry.criteria.retain(|c| c.name != C::NAME);
+        entry.criteria.push(criterion);
+        self
+    }
+
+    /// All entries, in order of registration.
+    pub fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    /// The entry called `name`.
+    ///
+    /// # Errors
+    /// Unknown name: the nearest known one, or all.
+    pub fn entry(&self, name: &str) -> Result<&Entry, ParamError> {
+        let names: Vec<&str> = self.entries.iter().map(|e| e.name).collect();
+        let unknown = || ParamError::new("law", format!("no material is called `{name}`{}", hint(name, &names)));
+        self.entries.iter().find(|e| e.name == name).ok_or_else(unknown)
+    }
+
+    /// Makes the material `law` with fracture `criterion` from the values that a scene gives.
+    ///
+    /// # Errors
+    /// Unknown names or keys, missing values, values out of range.
+    pub fn make(
+        &self,
+        law: (&str, Vec<(String, Value)>),
+        criterion: (&str, Vec<(String, Value)>),
+        at: &Surroundings,
+    ) -> Result<Box<dyn Material>, ParamError> {
+        let entry = self.entry(law.0)?;
+        let names: Vec<&str> = entry.criteria.iter().map(|c| c.name).collect();
+        let unknown = || {
+            ParamError::new(
+                "criterion",
+                format!("no criterion is called `{}`{}", criterion.0, hint(criterion.0, &names)),
+            )
+        };
+        let fracture = entry.criteria.iter().find(|c| c.name == criterion.0).ok_or_else(unknown)?;
+        let law = Params::new(entry.parameters.to_vec(), law.1)?;
+        let criterion = Params::new(fracture.parameters.to_vec(), criterion.1)?;
+        (fracture.make)(&law, &criterion, at)
+    }
+}
