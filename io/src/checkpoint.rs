@@ -5,8 +5,8 @@
 //! map, and a restart maps the frozen part shared and the live part copy-on-write. A file is complete or absent: it
 //! is written under a temporary name, synced, renamed, and the folder is synced.
 //!
-//! What is here: [`write`], [`Opened`] (open, verify, read, restore), [`Store`] (the files of a run folder), and
-//! [`summary`] for people.
+//! What is here: [`write`], [`Opened`] (open, verify, read, restore), [`Store`] (the files of a run folder),
+//! [`Snapshot`] (for writing in the background), and [`summary`] for people.
 //!
 //! # Format, version 1
 //! Numbers are little-endian. Offsets count bytes from the start of the file. The parts follow each other without
@@ -86,6 +86,7 @@ mod error;
 mod format;
 mod open;
 mod restore;
+mod snapshot;
 mod store;
 mod summary;
 #[cfg(test)]
@@ -95,6 +96,7 @@ mod write;
 pub use error::CheckpointError;
 pub use format::{About, Section, VERSION};
 pub use open::Opened;
+pub use snapshot::Snapshot;
 pub use store::{Latest, Store};
 pub use summary::{ColumnSummary, Range, Summary, summary};
 pub use write::{Written, write};

@@ -4,6 +4,7 @@ mod format;
 mod hostile;
 mod restoring;
 mod run_folder;
+mod speed;
 
 use std::path::{Path, PathBuf};
 
@@ -97,8 +98,8 @@ pub fn about(step: u64) -> About {
     About {
         step,
         time: step as f64 * 0.5e-3,
-        scene: "[body.vase]\nmesh = \"vase.ply\"\n".into(),
-        program: "fissure 0.1.0".into(),
+        scene: "[body.vase]\nmesh = \"vase.ply\"\nlaw = \"isotropic\"\nbulk_modulus = 2.5e5\ndensity = 1000\n".into(),
+        program: "fissure 0.1.0-a1".into(), // 16 bytes: the longest string that lies in place
         notes: vec![("forced".into(), "gravity: -9.81 was -9.8".into())],
     }
 }

@@ -1,6 +1,6 @@
 //! The files of a run: what is kept, what is resumed from, what a killed writer leaves.
 
-use super::super::{CheckpointError, Store};
+use super::super::{CheckpointError, Snapshot, Store};
 use super::*;
 
 fn steps(store: &Store) -> Vec<u64> {
@@ -105,6 +105,32 @@ fn what_a_killed_writer_left_is_cleaned_up_and_never_read() {
     assert_eq!(steps(&store), [1, 2, 9]);
     let (step, _, skipped) = resume(&store); // that one was written for no frozen file
     assert!(step == 2 && matches!(skipped[..], [CheckpointError::OtherRun { .. }]), "{skipped:?}");
+}
+
+#[test]
+fn a_snapshot_is_written_behind_the_runs_back() {
+    let (direct, behind) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let (now, mut thing) = run(direct.path(), &[1, 2]);
+    let (mut later, _) = run(behind.path(), &[]);
+    let mut snapshot = Snapshot::default();
+    thing.energy[0] = 1.0;
+    snapshot.take(&mut thing, Life::Live);
+    later.write_live(&mut snapshot, &about(1)).unwrap();
+    thing.energy[0] = 2.0;
+    snapshot.take(&mut thing, Life::Live);
+    let mut later = std::thread::scope(|threads| {
+        let writer = threads.spawn(|| {
+            later.write_live(&mut snapshot, &about(2)).unwrap();
+            later
+        });
+        thing.energy[0] = 3.0; // the run goes on meanwhile
+        writer.join().unwrap()
+    });
+    for ((_, a), (_, b)) in now.checkpoints().unwrap().iter().zip(later.checkpoints().unwrap()) {
+        assert!(std::fs::read(a).unwrap() == std::fs::read(b).unwrap());
+    }
+    later.write_live(&mut thing, &about(3)).unwrap();
+    assert_eq!(resume(&later).1, 3.0);
 }
 
 #[test]
