@@ -8,6 +8,15 @@
 //! What is here: [`write`], [`Opened`] (open, verify, read, restore), [`Store`] (the files of a run folder),
 //! [`Snapshot`] (for writing in the background), and [`summary`] for people.
 //!
+//! ```no_run
+//! # fn main() -> Result<(), fissure_io::checkpoint::CheckpointError> {
+//! let file = fissure_io::checkpoint::Opened::open("run/checkpoint_00000100.fis")?;
+//! let positions = file.column::<glam::DVec3>("vase", "position")?;
+//! println!("step {}: {} particles", file.about().step, positions.len());
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! # Format, version 1
 //! Numbers are little-endian. Offsets count bytes from the start of the file. The parts follow each other without
 //! gaps, in this order; every part but the last is filled up with zero bytes to a multiple of 64.

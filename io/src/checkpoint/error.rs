@@ -163,6 +163,7 @@ fn cure(kind: ErrorKind) -> &'static str {
         ErrorKind::NotFound => "check the name and that the folder is still there",
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => "check its permissions or choose another folder",
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "make room there or choose a folder on another disk",
+        ErrorKind::AlreadyExists | ErrorKind::NotADirectory => "a file is in its way; choose another folder",
         ErrorKind::OutOfMemory => "free memory or raise the limit on address space",
         _ => "check the disk and try again",
     }

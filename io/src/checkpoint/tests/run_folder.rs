@@ -107,6 +107,69 @@ fn what_a_killed_writer_left_is_cleaned_up_and_never_read() {
     assert!(step == 2 && matches!(skipped[..], [CheckpointError::OtherRun { .. }]), "{skipped:?}");
 }
 
+const KILLED: &str = "FISSURE_TEST_KILLED_RUN";
+
+/// The process that the next test kills: writes checkpoints as fast as it can, in the folder it is told.
+#[test]
+#[ignore = "run by a_killed_writer_leaves_a_complete_checkpoint"]
+fn writes_until_killed() {
+    let Some(dir) = std::env::var_os(KILLED) else { return };
+    let mut store = Store::create(dir).unwrap().keep(2);
+    let mut thing = thing(10_000);
+    let start = match store.latest_complete() {
+        Ok(latest) => latest.live.about().step,
+        Err(_) => {
+            store.write_frozen(&mut thing, &about(0)).unwrap();
+            0
+        }
+    };
+    for step in start + 1.. {
+        thing.energy[0] = step as f64;
+        thing.position.fill(DVec3::splat(step as f64));
+        store.write_live(&mut thing, &about(step)).unwrap();
+    }
+}
+
+#[test]
+fn a_killed_writer_leaves_a_complete_checkpoint() {
+    let dir = tempfile::tempdir().unwrap();
+    let store = Store::create(dir.path()).unwrap();
+    let (mut random, mut last, mut torn) = (Random(3), 0, 0);
+    for _ in 0..25 {
+        let mut writer = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["--ignored", "--exact", "checkpoint::tests::run_folder::writes_until_killed"])
+            .env(KILLED, dir.path())
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        // From the first new checkpoint on, any moment will do.
+        let begun = std::time::Instant::now();
+        while steps(&store).last().is_none_or(|step| *step <= last) {
+            assert!(
+                begun.elapsed().as_secs() < 60 && writer.try_wait().unwrap().is_none(),
+                "the writer writes nothing"
+            );
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        std::thread::sleep(std::time::Duration::from_micros(random.below(20_000) as u64));
+        writer.kill().unwrap();
+        writer.wait().unwrap();
+        torn += usize::from(
+            std::fs::read_dir(dir.path())
+                .unwrap()
+                .any(|entry| entry.unwrap().file_name().to_string_lossy().ends_with(super::super::write::TEMPORARY)),
+        );
+
+        let (step, energy, skipped) = resume(&store);
+        assert!(step > last && skipped.is_empty(), "step {step} after {last}: {skipped:?}");
+        assert_eq!(energy, step as f64);
+        last = step;
+    }
+    assert!(torn > 0, "no kill hit a write"); // measured: 6 to 15 of 25 did
+    Store::create(dir.path()).unwrap();
+    assert!(std::fs::read_dir(dir.path()).unwrap().count() <= 4);
+}
+
 #[test]
 fn a_snapshot_is_written_behind_the_runs_back() {
     let (direct, behind) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
@@ -159,6 +222,9 @@ fn folders_that_do_not_fit_are_refused() {
     std::fs::write(store.dir().join("frozen.fis"), b"not mine").unwrap();
     let e = store.latest_complete().unwrap_err().to_string();
     assert!(e.contains("frozen.fis` is no Fissure checkpoint"), "{e}");
+
+    let e = Store::create(store.dir().join("frozen.fis")).unwrap_err().to_string();
+    assert!(e.contains("cannot create `") && e.ends_with("a file is in its way; choose another folder"), "{e}");
 
     std::fs::remove_dir_all(store.dir()).unwrap();
     let e = store.write_live(&mut thing, &about(2)).unwrap_err().to_string();
