@@ -5,7 +5,7 @@
 //! map, and a restart maps the frozen part shared and the live part copy-on-write. A file is complete or absent: it
 //! is written under a temporary name, synced, renamed, and the folder is synced.
 //!
-//! What is here: [`write`], [`Opened`] (open, verify, read, restore), [`Store`] (the files of a run folder),
+//! What is here: [`write()`], [`Opened`] (open, verify, read, restore), [`Store`] (the files of a run folder),
 //! [`Snapshot`] (for writing in the background), and [`summary`] for people.
 //!
 //! ```no_run

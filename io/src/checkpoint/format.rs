@@ -21,7 +21,7 @@ pub(crate) const HEADER_LIMIT: u64 = 64 << 20;
 pub struct About {
     /// Steps done.
     pub step: u64,
-    /// Simulated time [s].
+    /// Simulated time in seconds.
     pub time: f64,
     /// The scene file's text.
     pub scene: String,

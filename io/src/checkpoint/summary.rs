@@ -161,7 +161,7 @@ impl fmt::Display for Summary {
             if column.nans > 0 {
                 write!(f, ", {} NaN", column.nans)?;
             }
-            f.write_str(if column.intact { "\n" } else { "  DAMAGED: checksum does not match\n" })?;
+            f.write_str(if column.intact { "\n" } else { "  DAMAGED\n" })?;
         }
         Ok(())
     }
