@@ -171,7 +171,9 @@ impl World {
         let range = start..start + n;
         material.build(Geometry { particles: self.particles.of(&range), families: input.families })?;
         let (name, spacing) = (input.name.to_string(), input.spacing);
-        self.bodies.push(Body { name, range, origin, spacing, material, cuts: Vec::with_capacity(4 * n) });
+        // room for every bond to break in one step: address space only, until it is used
+        let cuts = Vec::with_capacity(material.bonds().map_or(0, |b| b.directed() as usize / 2));
+        self.bodies.push(Body { name, range, origin, spacing, material, cuts });
         Ok(self.bodies.last_mut().expect("just pushed"))
     }
 

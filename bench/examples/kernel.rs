@@ -1,0 +1,36 @@
+//! Times the step outside criterion: `cargo run --release -p fissure-bench --example kernel -- 67 3.4 10`.
+
+use std::time::Instant;
+
+fn main() {
+    let arg = |k: usize, default: f64| std::env::args().nth(k).and_then(|a| a.parse().ok()).unwrap_or(default);
+    let (n, horizon, steps) = (arg(1, 67.0) as i32, arg(2, 3.4), arg(3, 10.0) as usize);
+    let start = Instant::now();
+    let mut world = fissure_bench::lattice(n, horizon);
+    let bonds = world.bond_counts().0;
+    println!(
+        "{} particles, {bonds} directed bonds, built in {:.2} s",
+        world.particles.len(),
+        start.elapsed().as_secs_f64()
+    );
+    let start = Instant::now();
+    println!("stable step {:.3e} s, found in {:.2} s", world.stable_dt(), start.elapsed().as_secs_f64());
+    for threads in [1, 2] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let best = pool.install(|| {
+            world.step().expect("stable");
+            (0..steps)
+                .map(|_| {
+                    let start = Instant::now();
+                    world.step().expect("stable");
+                    start.elapsed().as_secs_f64()
+                })
+                .fold(f64::INFINITY, f64::min)
+        });
+        println!(
+            "{threads} threads: {:.2} ms a step, {:.0} million directed bonds/s",
+            best * 1e3,
+            bonds as f64 / best / 1e6
+        );
+    }
+}
