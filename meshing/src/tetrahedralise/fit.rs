@@ -1,6 +1,7 @@
 //! Bringing the boundary to the surface, and finishing.
 
-use super::complex::{angle_score, worst_from};
+use super::AIM;
+use super::complex::{angle_score, score, worst_from};
 use super::improve::Body;
 use crate::TetMesh;
 use crate::distance::Distance;
@@ -11,16 +12,69 @@ use rayon::prelude::*;
 const FAR: f64 = 0.2;
 
 impl Body<'_> {
-    /// Moves boundary vertices onto the surface, then pulls the boundary to points of the surface that it misses.
+    /// Moves boundary vertices onto the surface, turns boundary edges that cut through it, and pulls the boundary to
+    /// points of the surface that it misses.
     pub fn fit(&mut self, seed: u64) {
-        self.home();
         let samples = self.solid.samples(0.25 * self.size);
-        for round in 0..6 {
-            if self.reach_out(&samples) == 0 {
+        for round in 0..8 {
+            self.home();
+            let turned = self.turn_chords();
+            let pulled = self.reach_out(&samples, seed ^ round);
+            if turned + pulled == 0 {
                 break;
             }
-            self.improve(16.0, 2, seed ^ round);
-            self.home();
+            self.improve(AIM, 2, seed ^ round);
+        }
+    }
+
+    /// Boundary edges that pass far from the surface are replaced by the other diagonal of their two triangles: by
+    /// refilling the ring, by a tetrahedron on top, or by taking away the only tetrahedron at the edge.
+    fn turn_chords(&mut self) -> usize {
+        let mut edges: Vec<[u32; 2]> = Vec::new();
+        for (f, _) in self.mesh.boundary() {
+            edges.extend((0..3).map(|k| [f[k], f[(k + 1) % 3]]).filter(|e| e[0] < e[1]));
+        }
+        let middle = |&[a, b]: &[u32; 2]| (self.mesh.points[a as usize] + self.mesh.points[b as usize]) / 2.0;
+        let mut long: Vec<(f64, [u32; 2])> = edges
+            .par_iter()
+            .map(|e| (self.off(middle(e)), *e))
+            .filter(|e| e.0 > 0.12 * self.size)
+            .collect();
+        long.sort_unstable_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        long.into_iter().filter(|&(error, e)| self.turn(e, error)).count()
+    }
+
+    fn turn(&mut self, [a, b]: [u32; 2], error: f64) -> bool {
+        let Some(ring) = self.mesh.ring(a, b).filter(|r| r.open) else { return false };
+        let (c, d) = (ring.link[0], ring.link[ring.link.len() - 1]);
+        let [pa, pb, pc, pd] = [a, b, c, d].map(|v| self.mesh.points[v as usize]);
+        if self.off((pc + pd) / 2.0) > 0.7 * error {
+            return false;
+        }
+        let floor = angle_score(11.0);
+        if ring.tets.len() == 1 {
+            // both triangles belong to one tetrahedron: without it the other two faces show
+            let inside = self.mesh.across(ring.tets[0], [a, c, d]).is_some() && self.mesh.across(ring.tets[0], [b, c, d]).is_some();
+            if inside {
+                self.mesh.remove(ring.tets[0]);
+                self.lower(&[a, b, c, d]);
+            }
+            return inside;
+        }
+        if self.mesh.around(c, d).next().is_some() {
+            return false;
+        }
+        if score(pa, pb, pd, pc) > floor {
+            self.mesh.replace(&[], &[[a, b, d, c]]);
+            return true;
+        }
+        self.mesh.remove_edge(a, b, Some(floor), |_, _| true)
+    }
+
+    /// Vertices that came to the surface stay on it from now on.
+    fn lower(&mut self, vertices: &[u32]) {
+        for &v in vertices {
+            self.dim[v as usize] = self.dim[v as usize].min(2);
         }
     }
 
@@ -48,7 +102,7 @@ impl Body<'_> {
 
     /// For points of the surface that the boundary misses: moves the nearest boundary vertex there, or a new vertex on
     /// the nearest edge. Farthest points first, each neighbourhood once. Returns how many were tried with success.
-    fn reach_out(&mut self, samples: &[DVec3]) -> usize {
+    fn reach_out(&mut self, samples: &[DVec3], seed: u64) -> usize {
         let faces: Vec<[u32; 3]> = self.mesh.boundary().into_iter().map(|f| f.0).collect();
         let tree = Distance::of_triangles(faces.iter().map(|f| f.map(|v| self.mesh.points[v as usize])).collect());
         let far = FAR * self.size;
@@ -60,37 +114,40 @@ impl Body<'_> {
         missed.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let mut touched = vec![false; self.dim.len()];
         let mut done = 0;
-        for (_, i, f) in missed {
+        for (gap, i, f) in missed {
             let face = faces[f as usize];
-            if face.iter().any(|&v| touched[v as usize]) {
+            if gap > 1.1 * self.size || face.iter().any(|&v| touched[v as usize]) {
                 continue;
             }
             for v in face {
                 touched[v as usize] = true;
             }
-            done += usize::from(self.pull_to(face, samples[i]));
+            done += usize::from(self.pull_to(face, samples[i], seed));
             touched.resize(self.dim.len(), true);
         }
         done
     }
 
-    fn pull_to(&mut self, face: [u32; 3], goal: DVec3) -> bool {
-        let crease = self.solid.features().on_crease(goal, 0.02 * self.size).is_some();
-        let dim = if crease { 1 } else { 2 };
-        let floor = angle_score(8.0);
+    fn pull_to(&mut self, face: [u32; 3], goal: DVec3, seed: u64) -> bool {
+        let features = self.solid.features();
+        let close = 0.02 * self.size;
+        let dim = if features.corners.iter().any(|c| c.distance(goal) < close) {
+            0
+        } else if features.on_crease(goal, close).is_some() {
+            1
+        } else {
+            2
+        };
         let mut near = face;
         let gap = |v: u32| self.mesh.points[v as usize].distance(goal);
         near.sort_by(|&a, &b| gap(a).total_cmp(&gap(b)));
         for v in near {
-            if self.dim[v as usize] < dim || gap(v) > 0.8 * self.size {
+            let d = self.dim[v as usize];
+            let gap = self.mesh.points[v as usize].distance(goal) / self.size;
+            if d < dim || d == 0 || gap > if d == 1 && dim == 1 { 0.4 } else { 0.8 } {
                 continue;
             }
-            if self.dim[v as usize] == 1 && self.off_crease_chain(v, goal) {
-                continue;
-            }
-            if worst_from(goal, &self.mesh.view(v), floor) > floor {
-                self.mesh.points[v as usize] = goal;
-                self.dim[v as usize] = dim;
+            if self.drag(v, goal, dim, seed) {
                 return true;
             }
         }
@@ -101,20 +158,62 @@ impl Body<'_> {
             }
             let (pa, pb) = (self.mesh.points[a as usize], self.mesh.points[b as usize]);
             let t = ((goal - pa).dot(pb - pa) / pb.distance_squared(pa).max(1e-300)).clamp(0.2, 0.8);
-            if pa.lerp(pb, t).distance(goal) > 0.5 * self.size {
+            if pa.lerp(pb, t).distance(goal) > 0.6 * self.size {
                 continue;
             }
-            if self.mesh.split(a, b, goal, floor).is_some() {
+            if self.mesh.split(a, b, goal, angle_score(11.0)).is_some() {
                 self.dim.push(dim);
                 return true;
             }
         }
-        false
+        self.grow(face, goal, dim)
     }
 
-    /// Whether moving a vertex of a sharp edge to `goal` would leave a hole in the chain it belongs to.
-    fn off_crease_chain(&self, v: u32, goal: DVec3) -> bool {
-        self.mesh.points[v as usize].distance(goal) > 0.4 * self.size
+    /// Puts a tetrahedron with a new vertex at `goal` on a boundary face.
+    fn grow(&mut self, face: [u32; 3], goal: DVec3, dim: u8) -> bool {
+        let [a, b, c] = face.map(|v| self.mesh.points[v as usize]);
+        let lost = self.mesh.star(face[0]).iter().all(|&t| !face.iter().all(|v| self.mesh.tets[t as usize].contains(v)));
+        if lost || score(a, b, c, goal) < angle_score(11.0) {
+            return false;
+        }
+        let v = self.mesh.add_point(goal);
+        self.dim.push(dim);
+        self.mesh.replace(&[], &[[face[0], face[1], face[2], v]]);
+        true
+    }
+
+    /// Moves a boundary vertex to `goal` in steps, letting its neighbours make room; back to the start if the angles
+    /// don't recover.
+    fn drag(&mut self, v: u32, goal: DVec3, dim: u8, seed: u64) -> bool {
+        let start = self.mesh.points[v as usize];
+        let floor = angle_score(11.0);
+        if worst_from(goal, &self.mesh.view(v), floor) <= floor {
+            let around = self.mesh.neighbours(v);
+            let old: Vec<DVec3> = around.iter().map(|&w| self.mesh.points[w as usize]).collect();
+            let mut fine = true;
+            for step in 1..=3 {
+                let p = start.lerp(goal, f64::from(step) / 3.0);
+                fine = worst_from(p, &self.mesh.view(v), -1.0) > -1.0;
+                if !fine {
+                    break;
+                }
+                self.mesh.points[v as usize] = p;
+                self.smooth(&around, 0.12 * self.size, seed ^ u64::from(v));
+            }
+            let mut all: Vec<u32> = around.iter().flat_map(|&w| self.mesh.star(w)).copied().collect();
+            all.sort_unstable();
+            all.dedup();
+            if !fine || self.mesh.worst(&all) <= floor {
+                self.mesh.points[v as usize] = start;
+                for (&w, p) in around.iter().zip(old) {
+                    self.mesh.points[w as usize] = p;
+                }
+                return false;
+            }
+        }
+        self.mesh.points[v as usize] = goal;
+        self.dim[v as usize] = dim;
+        true
     }
 
     /// The mesh as a result: vertices that are used, in order of first use.

@@ -7,6 +7,7 @@ mod complex;
 mod features;
 mod fit;
 mod improve;
+mod manifold;
 mod smooth;
 mod solid;
 mod stuff;
@@ -144,11 +145,14 @@ pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), M
     let filled = stuff::fill(solid, &tile, edge);
     let mut body = Body { mesh: filled.mesh, dim: filled.dim, solid, size, slack: 0.0 };
     body.settle();
+    body.unpinch();
     body.improve(AIM, 8, options.seed);
     body.fit(options.seed);
+    body.unpinch();
     body.improve(AIM, 8, options.seed ^ 1);
     body.slack = 0.15;
     body.improve(MIN_DIHEDRAL + 1.0, 12, options.seed ^ 2);
+    body.unpinch();
     let mesh = body.finish();
     if mesh.tets.is_empty() {
         let (lo, hi) = solid.bounds();

@@ -11,7 +11,7 @@ fn show(name: &str, surface: &TriMesh, size: f64) -> (TetMesh, Report) {
         r.tets, r.min_dihedral, r.max_dihedral, r.mean_edge / size, r.volume_ratio.unwrap_or(0.0), r.surface_to_mesh.sizes,
         r.mesh_to_surface.sizes, 100.0 * r.cubic, start.elapsed().as_secs_f64(),
     );
-    println!("    s->m at {} ; {:?}", r.surface_to_mesh.at, boundary_flaws(&mesh));
+    println!("    s->m at {:.3} m->s at {:.3}; {:?}", r.surface_to_mesh.at, r.mesh_to_surface.at, boundary_flaws(&mesh));
     (mesh, r)
 }
 
