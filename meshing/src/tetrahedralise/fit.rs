@@ -10,26 +10,34 @@ use rayon::prelude::*;
 
 /// Points of the surface farther than this from the mesh are pulled at, in element sizes.
 const FAR: f64 = 0.2;
+/// Boundary edges that pass farther from the surface than this get a vertex, in element sizes.
+const BEND: f64 = 0.2;
+/// Most rounds of pulling; a lost feature grows by about one element a round.
+const ROUNDS: u64 = 16;
 
 impl Body<'_> {
     /// Moves boundary vertices onto the surface, turns boundary edges that cut through it, and pulls the boundary to
     /// points of the surface that it misses.
     pub fn fit(&mut self, seed: u64) {
         let samples = self.solid.samples(0.25 * self.size);
-        for round in 0..8 {
+        let mut last = usize::MAX;
+        for round in 0..ROUNDS {
             self.home();
-            let turned = self.turn_chords();
+            let turned = self.turn_chords(seed ^ round);
             let pulled = self.reach_out(&samples, seed ^ round);
-            if turned + pulled == 0 {
+            if std::env::var("DBG").is_ok() { println!("    round {round}: turned {turned} pulled {pulled}"); }
+            if turned + pulled == 0 || (round > 5 && turned + pulled >= last) {
                 break;
             }
+            last = turned + pulled;
             self.improve(AIM, 2, seed ^ round);
         }
+        self.home();
     }
 
     /// Boundary edges that pass far from the surface are replaced by the other diagonal of their two triangles: by
     /// refilling the ring, by a tetrahedron on top, or by taking away the only tetrahedron at the edge.
-    fn turn_chords(&mut self) -> usize {
+    fn turn_chords(&mut self, seed: u64) -> usize {
         let mut edges: Vec<[u32; 2]> = Vec::new();
         for (f, _) in self.mesh.boundary() {
             edges.extend((0..3).map(|k| [f[k], f[(k + 1) % 3]]).filter(|e| e[0] < e[1]));
@@ -41,7 +49,48 @@ impl Body<'_> {
             .filter(|e| e.0 > 0.12 * self.size)
             .collect();
         long.sort_unstable_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
-        long.into_iter().filter(|&(error, e)| self.turn(e, error)).count()
+        long.into_iter().filter(|&(error, e)| self.turn(e, error) || self.bend(e, error, seed)).count()
+    }
+
+    /// Brings the ends of a chord home, fills the pit at one of them, or puts a vertex on the surface in its middle.
+    fn bend(&mut self, [a, b]: [u32; 2], error: f64, seed: u64) -> bool {
+        if error < BEND * self.size || !self.mesh.ring(a, b).is_some_and(|r| r.open) {
+            return false;
+        }
+        for v in [a, b] {
+            let p = self.mesh.points[v as usize];
+            let goal = self.solid.project(p);
+            if self.dim[v as usize] == 2 && p.distance(goal) > 0.1 * self.size && (self.fill_pit(v) || self.drag(v, goal, 2, seed)) {
+                return true;
+            }
+        }
+        let middle = (self.mesh.points[a as usize] + self.mesh.points[b as usize]) / 2.0;
+        let goal = self.solid.project(middle);
+        for part in [1.0, 0.6, 0.3] {
+            if self.mesh.split(a, b, middle.lerp(goal, part), angle_score(11.0)).is_some() {
+                self.dim.push(2);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Closes a boundary vertex with three boundary faces under a tetrahedron, if it lies inside the solid.
+    fn fill_pit(&mut self, v: u32) -> bool {
+        let fan = self.outer_faces(v);
+        let mut rim: Vec<u32> = fan.iter().flatten().copied().filter(|&w| w != v).collect();
+        rim.sort_unstable();
+        rim.dedup();
+        let (3, &[a, b, c]) = (fan.len(), &rim[..]) else { return false };
+        if self.solid.signed_distance(self.mesh.points[v as usize], self.size) > 0.0 {
+            return false;
+        }
+        let best = [[v, a, b, c], [v, a, c, b]].into_iter().find(|&t| self.mesh.score(t) > angle_score(11.0));
+        if let Some(tet) = best {
+            self.mesh.replace(&[], &[tet]);
+            self.dim[v as usize] = 3;
+        }
+        best.is_some()
     }
 
     fn turn(&mut self, [a, b]: [u32; 2], error: f64) -> bool {
