@@ -1,6 +1,7 @@
 //! Meshes in memory: tetrahedra from surfaces, horizon families, and the embedded surface that splits along cracks.
 
 pub mod crack;
+pub mod distance;
 pub mod family;
 pub mod quality;
 pub mod shapes;

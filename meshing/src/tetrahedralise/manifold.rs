@@ -1,0 +1,142 @@
+//! Making the boundary a surface: no pinched vertices or edges, no crumbs.
+//!
+//! Where pieces of a mesh hang together by a vertex or an edge only, small pieces go and larger ones get a vertex of
+//! their own. Removing a tetrahedron never makes an angle worse, so this may run after everything else.
+
+use super::improve::Body;
+use crate::tetmesh::FACES;
+
+/// Pieces of at most this many tetrahedra at a pinched vertex are removed.
+const CRUMB: usize = 2;
+/// Separate parts of fewer tetrahedra than this are removed.
+const ISLAND: usize = 12;
+
+impl Body<'_> {
+    /// Removes pinches and crumbs. Returns how many vertices were treated.
+    pub fn unpinch(&mut self) -> usize {
+        let mut treated = self.drop_islands();
+        for _ in 0..20 {
+            let bad: Vec<u32> = (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && self.pinched(v)).collect();
+            if bad.is_empty() {
+                break;
+            }
+            treated += bad.len();
+            for v in bad {
+                if self.pinched(v) {
+                    self.part(v);
+                }
+            }
+            self.settle();
+        }
+        treated + self.drop_islands()
+    }
+
+    /// Whether the boundary faces at `v` form more than one fan.
+    fn pinched(&self, v: u32) -> bool {
+        let fan: Vec<(u32, u32)> = self
+            .outer_faces(v)
+            .into_iter()
+            .map(|f| {
+                let k = f.iter().position(|&w| w == v).unwrap_or(0);
+                (f[(k + 1) % 3], f[(k + 2) % 3])
+            })
+            .collect();
+        let Some(&(start, mut at)) = fan.first() else { return false };
+        for step in 1..fan.len() {
+            let mut next = fan.iter().filter(|f| f.0 == at);
+            let (one, more) = (next.next(), next.next());
+            match (one, more) {
+                (Some(f), None) if at != start => at = f.1,
+                _ => return step < fan.len(),
+            }
+        }
+        at != start
+    }
+
+    /// Separates the pieces of a star that share no face.
+    fn part(&mut self, v: u32) {
+        let mut pieces: Vec<Vec<u32>> = Vec::new();
+        let mut left = self.mesh.star(v).to_vec();
+        left.sort_unstable();
+        while let Some(t) = left.pop() {
+            let mut piece = vec![t];
+            let mut at = 0;
+            while at < piece.len() {
+                let s = piece[at];
+                let tet = self.mesh.tets[s as usize];
+                for f in FACES.map(|f| f.map(|k| tet[k])) {
+                    if f.contains(&v)
+                        && let Some(n) = self.mesh.across(s, f)
+                        && let Some(k) = left.iter().position(|&x| x == n)
+                    {
+                        piece.push(left.swap_remove(k));
+                    }
+                }
+                at += 1;
+            }
+            pieces.push(piece);
+        }
+        pieces.sort_by_key(|p| std::cmp::Reverse(p.len()));
+        if let [only] = &pieces[..] {
+            // a ring closed around a hole: open it at the tetrahedron that most of the boundary touches
+            let open = |t: &u32| {
+                let tet = self.mesh.tets[*t as usize];
+                FACES.iter().filter(|f| self.mesh.across(*t, f.map(|k| tet[k])).is_none()).count()
+            };
+            if let Some(&t) = only.iter().max_by_key(|t| (open(t), std::cmp::Reverse(**t))) {
+                self.mesh.remove(t);
+            }
+            return;
+        }
+        for piece in &pieces[1..] {
+            if piece.len() <= CRUMB {
+                piece.iter().for_each(|&t| self.mesh.remove(t));
+                continue;
+            }
+            let twin = self.mesh.add_point(self.mesh.points[v as usize]);
+            self.dim.push(self.dim[v as usize]);
+            let new: Vec<[u32; 4]> =
+                piece.iter().map(|&t| self.mesh.tets[t as usize].map(|w| if w == v { twin } else { w })).collect();
+            self.mesh.replace(piece, &new);
+        }
+    }
+
+    /// Removes separate parts that are too small to mean anything; the largest part always stays.
+    fn drop_islands(&mut self) -> usize {
+        let mut part = vec![u32::MAX; self.mesh.tets.len()];
+        let mut sizes: Vec<usize> = Vec::new();
+        for t in 0..part.len() as u32 {
+            if !self.mesh.alive(t) || part[t as usize] != u32::MAX {
+                continue;
+            }
+            let number = sizes.len() as u32;
+            sizes.push(0);
+            part[t as usize] = number;
+            let mut stack = vec![t];
+            while let Some(s) = stack.pop() {
+                sizes[number as usize] += 1;
+                let tet = self.mesh.tets[s as usize];
+                for f in FACES {
+                    if let Some(n) = self.mesh.across(s, f.map(|k| tet[k]))
+                        && part[n as usize] == u32::MAX
+                    {
+                        part[n as usize] = number;
+                        stack.push(n);
+                    }
+                }
+            }
+        }
+        let largest = sizes.iter().copied().max().unwrap_or(0);
+        let mut gone = 0;
+        for t in 0..part.len() as u32 {
+            if self.mesh.alive(t) {
+                let size = sizes[part[t as usize] as usize];
+                if size < ISLAND && size < largest {
+                    self.mesh.remove(t);
+                    gone += 1;
+                }
+            }
+        }
+        gone
+    }
+}

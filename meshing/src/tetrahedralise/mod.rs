@@ -1,0 +1,230 @@
+//! Tetrahedra from a closed surface, or from a wall of given thickness around any surface.
+//!
+//! An irregular periodic background (`tile`) is cut at the surface (`stuff`), its angles are raised (`improve`) and
+//! what lies too far from the surface is pulled there (`fit`). Deterministic: the same bits on any number of threads.
+
+mod complex;
+mod features;
+mod fit;
+mod improve;
+mod manifold;
+mod smooth;
+mod solid;
+mod stuff;
+mod tile;
+
+#[cfg(test)]
+pub(crate) mod bodies;
+
+pub use features::Features;
+pub use solid::{Inside, Shell, Solid};
+
+use crate::quality::Report;
+use crate::{TetMesh, TriMesh};
+use glam::DVec3;
+use improve::Body;
+use thiserror::Error;
+use tile::Tile;
+
+/// What to make of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Wanted mean edge length [m].
+    pub size: f64,
+    /// Which of many equally good irregular meshes.
+    pub seed: u64,
+    /// Thickness [m] of a wall around the surface; without it the surface is filled and must be closed.
+    pub shell: Option<f64>,
+}
+
+impl Options {
+    /// Elements of `size` [m], seed 0, filled.
+    pub fn new(size: f64) -> Self {
+        Self { size, seed: 0, shell: None }
+    }
+}
+
+/// Why there is no mesh.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum MeshError {
+    /// No triangles.
+    #[error("the surface has no triangles: nothing can be filled")]
+    Empty,
+    /// A coordinate or an option is not a finite number, or an option is not positive.
+    #[error("{0} is not a positive, finite number")]
+    Number(String),
+    /// A vertex is not finite.
+    #[error("vertex {vertex} of the surface is not finite: repair the file that it came from")]
+    Vertex {
+        /// The vertex.
+        vertex: usize,
+    },
+    /// A triangle names a vertex that isn't there.
+    #[error("triangle {triangle} names a vertex that the surface does not have")]
+    Index {
+        /// The triangle.
+        triangle: usize,
+    },
+    /// An edge without a partner.
+    #[error("the surface is not closed: edge {a}-{b} near {at} has {forward} triangles one way and {backward} the other; repair the surface, or give it a thickness with `shell`")]
+    Open {
+        /// One end of the edge.
+        a: u32,
+        /// The other end.
+        b: u32,
+        /// Its middle [m].
+        at: DVec3,
+        /// Triangles that run from `a` to `b`.
+        forward: usize,
+        /// Triangles that run from `b` to `a`.
+        backward: usize,
+    },
+    /// The surface encloses nothing.
+    #[error("the surface encloses a volume of {volume:.3e} m³: its triangles are wound inwards or it is flat; turn them round")]
+    InsideOut {
+        /// Its signed volume [m³].
+        volume: f64,
+    },
+    /// No element fits.
+    #[error("elements of {size} m are too large for this body: none fits; try {advice:.3e} m")]
+    TooCoarse {
+        /// The wanted size [m].
+        size: f64,
+        /// A size that should fit [m].
+        advice: f64,
+    },
+    /// Too many elements for any memory.
+    #[error("elements of {size} m would give about {tets:.1e} tetrahedra, more than fit in memory; try {advice:.3e} m")]
+    TooFine {
+        /// The wanted size [m].
+        size: f64,
+        /// Estimated number of tetrahedra.
+        tets: f64,
+        /// A size that gives about a million [m].
+        advice: f64,
+    },
+}
+
+/// Cells per side of the background tile.
+const TILE: usize = 8;
+/// Background edge length per wanted mean edge length.
+const EDGE: f64 = 1.0;
+/// More background vertices than this are refused.
+const MOST_POINTS: f64 = 2e8;
+/// Every dihedral angle is at least this [degrees].
+pub const MIN_DIHEDRAL: f64 = 10.0;
+/// What improvement aims at [degrees].
+const AIM: f64 = 16.0;
+
+/// Fills `surface` with tetrahedra whose mean edge is close to `options.size`; see the module.
+///
+/// # Errors
+/// [`MeshError`]: bad numbers, an open surface without `shell`, a size that doesn't suit the body.
+pub fn tetrahedralise(surface: &TriMesh, options: &Options) -> Result<(TetMesh, Report), MeshError> {
+    check(surface, options)?;
+    match options.shell {
+        Some(thickness) => fill(&Shell::new(surface, thickness), options),
+        None => fill(&Inside::new(surface, options.size), options),
+    }
+}
+
+/// The same for any solid known by its signed distance; `options.shell` is not used.
+///
+/// # Errors
+/// As [`tetrahedralise`].
+pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), MeshError> {
+    let size = options.size;
+    let tile = Tile::new(TILE, options.seed);
+    let edge = size * EDGE;
+    if stuff::background_points(solid, &tile, edge) > MOST_POINTS {
+        let (lo, hi) = solid.bounds();
+        let volume = solid.volume().unwrap_or((hi - lo).element_product()).abs();
+        let tets = volume / (TET_VOLUME * size.powi(3));
+        return Err(MeshError::TooFine { size, tets, advice: (volume / (TET_VOLUME * 1e6)).cbrt() });
+    }
+    let filled = stuff::fill(solid, &tile, edge);
+    let mut body = Body { mesh: filled.mesh, dim: filled.dim, solid, size, slack: 0.0 };
+    let clock = std::time::Instant::now();
+    let lap = |what: &str| if std::env::var("DBG").is_ok() { println!("   {what} {:.2}", clock.elapsed().as_secs_f64()) };
+    body.settle();
+    body.unpinch();
+    lap("unpinch");
+    body.improve(AIM, 8, options.seed);
+    lap("improve");
+    body.fit(options.seed);
+    lap("fit");
+    body.unpinch();
+    body.improve(AIM, 8, options.seed ^ 1);
+    body.slack = 0.15;
+    body.improve(MIN_DIHEDRAL + 1.0, 12, options.seed ^ 2);
+    body.unpinch();
+    if std::env::var("DBG").is_ok() {
+        let mut worst: Vec<(f64, [u32; 3], u32)> = body.mesh.boundary().into_iter().map(|(f, t)| {
+            let c = f.map(|v| body.mesh.points[v as usize]);
+            let m = [(c[0]+c[1])/2.0, (c[1]+c[2])/2.0, (c[0]+c[2])/2.0, (c[0]+c[1]+c[2])/3.0, c[0], c[1], c[2]];
+            (m.iter().map(|&p| body.off(p) / size).fold(0.0, f64::max), f, t)
+        }).collect();
+        worst.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for w in worst.iter().take(6) {
+            let c = w.1.map(|v| body.mesh.points[v as usize]);
+            let sd = |p: DVec3| (solid.signed_distance(p, 9.0) / size * 1000.0).round() / 1000.0;
+            println!("   {:.3} dim {:?} vertex off {:?} mids {:?} edges {:?} at {:.3}", w.0, w.1.map(|v| body.dim[v as usize]), c.map(sd), [0,1,2].map(|k| sd((c[k]+c[(k+1)%3])/2.0)), [0,1,2].map(|k| (c[k].distance(c[(k+1)%3])/size*100.0).round()/100.0), c[0]);
+        }
+    }
+    let mesh = body.finish();
+    if mesh.tets.is_empty() {
+        let (lo, hi) = solid.bounds();
+        return Err(MeshError::TooCoarse { size, advice: (hi - lo).min_element() / 2.0 });
+    }
+    let report = Report::against(&mesh, solid, size);
+    Ok((mesh, report))
+}
+
+/// Volume of a mean tetrahedron in cubed element sizes.
+const TET_VOLUME: f64 = 0.1;
+
+/// An element size [m] that gives about `tets` tetrahedra.
+pub fn size_for(surface: &TriMesh, tets: usize) -> f64 {
+    (surface.volume().abs() / (TET_VOLUME * tets.max(1) as f64)).cbrt()
+}
+
+/// Cheap checks: numbers, indices, closedness.
+fn check(surface: &TriMesh, options: &Options) -> Result<(), MeshError> {
+    if surface.triangles.is_empty() {
+        return Err(MeshError::Empty);
+    }
+    let positive = |x: f64| x.is_finite() && x > 0.0;
+    if !positive(options.size) {
+        return Err(MeshError::Number(format!("the element size {}", options.size)));
+    }
+    if let Some(t) = options.shell.filter(|&t| !positive(t)) {
+        return Err(MeshError::Number(format!("the shell thickness {t}")));
+    }
+    if let Some(vertex) = surface.vertices.iter().position(|v| !v.is_finite()) {
+        return Err(MeshError::Vertex { vertex });
+    }
+    let count = surface.vertices.len() as u32;
+    if let Some(triangle) = surface.triangles.iter().position(|t| t.iter().any(|&v| v >= count)) {
+        return Err(MeshError::Index { triangle });
+    }
+    if options.shell.is_some() {
+        return Ok(());
+    }
+    for same in features::edges(surface).chunk_by(|x, y| x.0 == y.0) {
+        let forward = same.iter().filter(|e| e.2).count();
+        let backward = same.len() - forward;
+        if forward != backward {
+            let [a, b] = same[0].0;
+            let at = (surface.vertices[a as usize] + surface.vertices[b as usize]) / 2.0;
+            return Err(MeshError::Open { a, b, at, forward, backward });
+        }
+    }
+    let volume = surface.volume();
+    if volume <= 0.0 {
+        return Err(MeshError::InsideOut { volume });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;
