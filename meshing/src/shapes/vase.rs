@@ -15,15 +15,15 @@ use crate::TriMesh;
 /// and the last and stays inside the polygon of the others.
 const CONTOUR: [(f64, f64); 11] = [
     (0.152, 0.000),
-    (0.154, 0.030),
-    (0.118, 0.050),
-    (0.140, 0.130),
-    (0.238, 0.300),
-    (0.326, 0.490),
-    (0.288, 0.680),
-    (0.128, 0.745),
-    (0.100, 0.860),
-    (0.140, 0.960),
+    (0.152, 0.030),
+    (0.116, 0.052),
+    (0.138, 0.120),
+    (0.252, 0.262),
+    (0.296, 0.455),
+    (0.278, 0.640),
+    (0.142, 0.735),
+    (0.121, 0.852),
+    (0.142, 0.958),
     (0.200, 1.000),
 ];
 
@@ -70,8 +70,8 @@ pub fn vase_profile(height: f64, wall: f64, spacing: f64) -> Result<Vec<(f64, f6
 
     let foot = outer(0.0);
     let lip = (outer(1.0) + inner(1.0)) / 2.0;
-    let (out, up) = (outer(1.0) - lip, -inward(1.0).perp());
-    let up = if up.y < 0.0 { -up } else { up } * (wall / 2.0);
+    // From the outer side over the end of the contour, whose tangent is the inward normal turned back.
+    let (out, up) = (outer(1.0) - lip, -inward(1.0).perp() * (wall / 2.0));
 
     let mut outline = Vec::new();
     sample(&mut outline, 1, spacing, |t| foot * t);
@@ -137,21 +137,22 @@ fn bisect(f: impl Fn(f64) -> f64) -> f64 {
     (lo + hi) / 2.0
 }
 
-/// Points of the curve at equal distances of about `spacing`, at least `least` of them, without its end.
+/// Points of the curve about `spacing` apart, closer where it turns (a turn of 1 rad counts like `spacing`), at least
+/// `least` of them, without its end.
 fn sample(out: &mut Vec<DVec2>, least: usize, spacing: f64, curve: impl Fn(f64) -> DVec2) {
     const FINE: usize = 2000;
-    let mut run = Vec::with_capacity(FINE + 1);
-    run.push(0.0);
+    let points: Vec<DVec2> = (0..=FINE).map(|i| curve(i as f64 / FINE as f64)).collect();
+    let mut run = vec![0.0];
     for i in 0..FINE {
-        let step = curve(i as f64 / FINE as f64).distance(curve((i + 1) as f64 / FINE as f64));
-        run.push(run[i] + step);
+        let step = points[i + 1] - points[i];
+        let turn = if i == 0 { 0.0 } else { (points[i] - points[i - 1]).angle_to(step).abs() };
+        run.push(run[i] + step.length() + turn * spacing);
     }
     let whole = run[FINE];
     let n = ((whole / spacing).round() as usize).max(least);
     for k in 0..n {
         let at = whole * k as f64 / n as f64;
         let i = run.partition_point(|&r| r <= at).clamp(1, FINE) - 1;
-        let within = (at - run[i]) / (run[i + 1] - run[i]);
-        out.push(curve((i as f64 + within) / FINE as f64));
+        out.push(points[i].lerp(points[i + 1], (at - run[i]) / (run[i + 1] - run[i])));
     }
 }
