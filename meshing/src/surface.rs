@@ -21,9 +21,11 @@ mod winding;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
+
 use edges::Edges;
 pub use error::SurfaceError;
-use error::{place, short, suggested_wall};
+use error::{counted, place, short, suggested_wall};
 pub use holes::Hole;
 
 use crate::TriMesh;
@@ -146,7 +148,7 @@ pub fn prepare(mut mesh: TriMesh, options: PrepareOptions) -> Result<(TriMesh, V
     edges.manifold(&mesh)?;
     let mut winding = winding::unify(&mut mesh, &edges);
     if winding.turned > 0 {
-        said.push(format!("{} triangles wound against their neighbours: turned.", winding.turned));
+        said.push(format!("{} wound against the neighbours: turned.", counted(winding.turned, "triangle")));
     }
     if options.for_shell {
         return Ok((mesh, said));
@@ -157,20 +159,13 @@ pub fn prepare(mut mesh: TriMesh, options: PrepareOptions) -> Result<(TriMesh, V
     edges = Edges::of(&mesh);
     let holes = holes::holes(&mesh, &edges);
     if !holes.is_empty() {
-        let (filled, left): (Vec<Hole>, Vec<Hole>) = holes.into_iter().partition(|hole| {
-            let filled = holes::fill(&mut mesh, &edges, hole, options.fill_below * size, within);
-            if filled {
-                edges = Edges::of(&mesh);
-            }
-            filled
-        });
+        let (filled, left) = close(&mut mesh, &edges, holes, options.fill_below * size, within);
         if let Some(error) = open(&left, size) {
             return Err(error);
         }
         if let Some(widest) = widest(&filled) {
-            let (n, s) = (filled.len(), if filled.len() == 1 { "" } else { "s" });
-            let (at, across) = (place(widest.at), short(widest.across));
-            said.push(format!("{n} hole{s} closed, the widest {across} across near {at}."));
+            let (holes, at, across) = (counted(filled.len(), "hole"), place(widest.at), short(widest.across));
+            said.push(format!("{holes} closed, the widest {across} across near {at}."));
         }
         ids.extend(given..given + (mesh.triangles.len() - ids.len()) as u32);
         tidy::dissolve_slivers(&mut mesh, &mut ids, within);
@@ -193,6 +188,20 @@ pub fn prepare(mut mesh: TriMesh, options: PrepareOptions) -> Result<(TriMesh, V
         Some(error) => Err(error),
         None => Ok((mesh, said)),
     }
+}
+
+/// Closes the holes that may be closed; returns those and the others.
+fn close(mesh: &mut TriMesh, edges: &Edges, holes: Vec<Hole>, widest: f64, within: f64) -> (Vec<Hole>, Vec<Hole>) {
+    let mut added = BTreeSet::new();
+    holes.into_iter().partition(|hole| {
+        let before = mesh.triangles.len();
+        let taken = |[u, v]: [u32; 2]| !edges.on(u, v).is_empty() || added.contains(&[u.min(v), u.max(v)]);
+        let filled = holes::fill(mesh, taken, hole, widest, within);
+        for &[a, b, c] in &mesh.triangles[before..] {
+            added.extend([[a.min(b), a.max(b)], [b.min(c), b.max(c)], [c.min(a), c.max(a)]]);
+        }
+        filled
+    })
 }
 
 /// Refuses what no later stage could even read.
@@ -225,12 +234,12 @@ fn widest(holes: &[Hole]) -> Option<&Hole> {
 }
 
 fn open(holes: &[Hole], size: f64) -> Option<SurfaceError> {
-    let longest = widest(holes)?;
+    let widest = widest(holes)?;
     Some(SurfaceError::Open {
         edges: holes.iter().map(|h| h.vertices.len()).sum(),
         loops: holes.len(),
-        at: longest.at,
-        across: longest.across,
+        at: widest.at,
+        across: widest.across,
         wall: suggested_wall(size),
     })
 }

@@ -11,7 +11,7 @@ const SIDES: [[u32; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7
 /// A box with the edges `size` [m] around `centre` [m]: 8 vertices, 12 triangles.
 ///
 /// # Errors
-/// An edge outside 1e-9 to 1e9 m, a centre that is not finite.
+/// An edge outside 1e-9 to 1e9 m, a centre farther out than 1e9 times the shortest edge.
 pub fn cuboid(size: DVec3, centre: DVec3) -> Result<TriMesh, ShapeError> {
     named("cuboid", ["size along x", "size along y", "size along z"], size, centre)
 }
@@ -43,9 +43,11 @@ pub fn sheet(width: f64, depth: f64, thickness: f64, centre: DVec3) -> Result<Tr
 fn named(shape: &'static str, names: [&'static str; 3], size: DVec3, centre: DVec3) -> Result<TriMesh, ShapeError> {
     for axis in 0..3 {
         length(shape, names[axis], size[axis])?;
-        // Beyond this the centre would swallow the edges in rounding.
-        if centre[axis].is_nan() || centre[axis].abs() > 1e6 * size.min_element() {
-            let wanted = "a centre within a million of the shortest edge";
+    }
+    for axis in 0..3 {
+        // Farther out, the rounding of coordinates would change the edges by more than 1e-6.
+        if centre[axis].is_nan() || centre[axis].abs() > 1e9 * size.min_element() {
+            let wanted = "a centre no farther out than 1e9 times the shortest edge";
             return Err(ShapeError::OutOfRange { shape, name: "centre", value: centre[axis], wanted });
         }
     }

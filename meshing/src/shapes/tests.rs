@@ -97,7 +97,7 @@ fn solids_of_revolution_have_the_volume_of_pappus() {
 fn profiles_that_make_no_solid_are_refused() {
     let square = [(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)];
     let crossed = [(1.0, 0.0), (2.0, 1.0), (2.0, 0.0), (1.0, 1.0)];
-    assert_eq!(revolution(&crossed, 8), Err(ShapeError::Crossed { first: 0, second: 2 }).or(Err(ShapeError::Flat)));
+    assert_eq!(revolution(&crossed, 8), Err(ShapeError::Flat), "the two halves cancel");
     let lopsided = [(1.0, 0.0), (2.0, 1.0), (2.0, 0.0), (1.0, 2.0)];
     assert_eq!(revolution(&lopsided, 8), Err(ShapeError::Crossed { first: 0, second: 2 }));
     let repeated = [square[0], square[1], square[1], square[2], square[3]];
@@ -130,7 +130,7 @@ fn bad_lengths_are_named() {
         assert_eq!(name(vase(bad, 0.01, 50)), "vase height");
         assert!(vase(0.3, bad, 50).unwrap_err().to_string().contains("give 0.01 to 0.06 of the height"));
     }
-    assert!(cuboid(DVec3::ONE, DVec3::splat(f64::NAN)).is_err() && cuboid(DVec3::ONE, DVec3::splat(1e7)).is_err());
+    assert!(cuboid(DVec3::ONE, DVec3::splat(f64::NAN)).is_err() && cuboid(DVec3::ONE, DVec3::splat(1e10)).is_err());
     assert!(ball(1.0, 9).is_err() && vase(0.3, 0.012, 7).is_err());
     let too_thick = vase(0.3, 0.05, 50).unwrap_err();
     assert_eq!(too_thick, ShapeError::WallDoesNotFit { wall: 0.05, height: 0.3 });
@@ -152,8 +152,13 @@ fn the_vase_stands_on_its_foot_and_has_its_measures() {
     assert!((belly - 0.085).abs() < 0.002 && (neck - 0.04).abs() < 0.002 && (rim - 0.06).abs() < 0.004);
     let at_rest = mesh.vertices.iter().filter(|p| p.y == 0.0).map(|p| p.x.hypot(p.z)).fold(0.0, f64::max);
     assert!((at_rest - 0.0456).abs() < 1e-9, "foot radius {at_rest}");
-    // Thin as it is: the wall makes up a fifth of what the silhouette encloses.
-    assert!((7e-4..1.3e-3).contains(&mesh.volume()), "{}", mesh.volume());
+    // Pappus for the outline, which runs counter-clockwise.
+    let outline = vase_profile(0.3, 0.012, TAU * 0.283 * 0.3 / 50.0).unwrap();
+    let next = outline.iter().cycle().skip(1);
+    let swept: f64 =
+        outline.iter().zip(next).map(|(p, q)| (q.1 - p.1) * (p.0 * p.0 + p.0 * q.0 + q.0 * q.0) / 3.0).sum();
+    assert_close(mesh.volume(), PI * swept * polygon(50), 1e-12);
+    assert!((1.4e-3..1.5e-3).contains(&mesh.volume()), "{} m³", mesh.volume());
     assert_eq!(vase(0.3, 0.012, 50).unwrap(), mesh, "same parameters, same bits");
     // Twice the size is the same vase.
     assert_close(vase(0.6, 0.024, 50).unwrap().volume(), 8.0 * mesh.volume(), 1e-9);
@@ -161,8 +166,7 @@ fn the_vase_stands_on_its_foot_and_has_its_measures() {
 
 #[test]
 fn the_wall_of_the_vase_is_nowhere_thinner_than_asked() {
-    for relative in [0.01, 0.04, 0.06] {
-        let wall = relative;
+    for wall in [0.01, 0.04, 0.06] {
         let profile = vase_profile(1.0, wall, 0.005).unwrap();
         let points: Vec<glam::DVec2> = profile.iter().map(|&(r, y)| glam::DVec2::new(r, y)).collect();
         let top = (0..points.len()).max_by(|&i, &j| points[i].y.total_cmp(&points[j].y)).unwrap();

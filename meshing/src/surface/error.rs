@@ -33,9 +33,9 @@ pub enum SurfaceError {
     },
     /// More than two triangles meet at an edge.
     #[error(
-        "{triangles} triangles meet at the edge near {}, and at {} such edges in all more than two; remove inner walls \
-         or part the pieces there",
-        place(*at), edges
+        "{triangles} triangles meet at one edge near {}, the first of {} with more than two; remove inner walls or part \
+         the pieces there",
+        place(*at), counted(*edges, "edge")
     )]
     NonManifold {
         /// Number of such edges.
@@ -59,16 +59,16 @@ pub enum SurfaceError {
     },
     /// The surface has borders too long to be closed without asking.
     #[error(
-        "the surface is open along {edges} edges in {loops} loops, the longest near {} and {} across; close it or give \
-         `shell = {wall}` to make it a wall",
-        place(*at), short(*across)
+        "the surface is open along {} in {}, the widest near {} and {} across; close it or give `shell = {wall}` to \
+         make it a wall",
+        counted(*edges, "edge"), counted(*loops, "loop"), place(*at), short(*across)
     )]
     Open {
         /// Number of edges with one triangle only.
         edges: usize,
         /// Number of loops they form.
         loops: usize,
-        /// Centre of the longest loop.
+        /// Centre of the widest loop.
         at: DVec3,
         /// Diagonal of its bounding box.
         across: f64,
@@ -77,9 +77,9 @@ pub enum SurfaceError {
     },
     /// A closed piece encloses nothing.
     #[error(
-        "the piece of {triangles} triangles near {} is flat and encloses no volume; remove it or give `shell = {wall}` \
+        "the piece of {} near {} is flat and encloses no volume; remove it or give `shell = {wall}` \
          to make it a wall",
-        place(*at)
+        counted(*triangles, "triangle"), place(*at)
     )]
     ZeroVolume {
         /// Number of triangles of the piece.
@@ -91,9 +91,9 @@ pub enum SurfaceError {
     },
     /// The surface crosses or touches itself.
     #[error(
-        "the surface cuts itself: triangles {} and {} meet near {}, the first of {pairs} pairs; part them or unite the \
+        "the surface cuts itself: triangles {} and {} meet near {}, the first of {}; part them or unite the \
          pieces (boolean union, remesh) in the program the mesh comes from",
-        first[0], first[1], place(*at)
+        first[0], first[1], place(*at), counted(*pairs, "pair")
     )]
     SelfIntersecting {
         /// Number of pairs of triangles that meet beyond common vertices.
@@ -103,6 +103,11 @@ pub enum SurfaceError {
         /// A point where the first pair meets.
         at: DVec3,
     },
+}
+
+/// `1 edge`, `2 edges`.
+pub(super) fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// A length with four significant digits.

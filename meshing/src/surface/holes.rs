@@ -64,13 +64,19 @@ fn hole(mesh: &TriMesh, vertices: Vec<u32>) -> Hole {
 }
 
 /// Closes the hole if it is no wider than `widest`, or so narrow a slit that its filling has no area to speak of
-/// (`within` times its length). Says whether it did.
-pub(super) fn fill(mesh: &mut TriMesh, edges: &Edges, hole: &Hole, widest: f64, within: f64) -> bool {
+/// (`within` times its length). Says whether it did. `taken` tells the edges that exist.
+pub(super) fn fill(
+    mesh: &mut TriMesh,
+    taken: impl Fn([u32; 2]) -> bool,
+    hole: &Hole,
+    widest: f64,
+    within: f64,
+) -> bool {
     let n = hole.vertices.len();
     if !(3..=MOST_EDGES).contains(&n) {
         return false;
     }
-    let least = least_area(mesh, edges, &hole.vertices);
+    let least = least_area(mesh, taken, &hole.vertices);
     let slit = least.as_ref().is_some_and(|(area, _)| *area <= within * hole.across);
     if hole.across > widest && !slit {
         return false;
@@ -88,7 +94,7 @@ pub(super) fn fill(mesh: &mut TriMesh, edges: &Edges, hole: &Hole, widest: f64, 
 }
 
 /// Area and triangles of the smallest triangulation of a loop without new vertices.
-fn least_area(mesh: &TriMesh, edges: &Edges, ring: &[u32]) -> Option<(f64, Vec<[u32; 3]>)> {
+fn least_area(mesh: &TriMesh, taken: impl Fn([u32; 2]) -> bool, ring: &[u32]) -> Option<(f64, Vec<[u32; 3]>)> {
     let n = ring.len();
     let at = |i: usize| mesh.vertices[ring[i] as usize];
     // cost[i][k]: least area between the chord i–k and the vertices from i to k; apex[i][k]: its third corner.
@@ -99,7 +105,7 @@ fn least_area(mesh: &TriMesh, edges: &Edges, ring: &[u32]) -> Option<(f64, Vec<[
             let k = i + span;
             let whole = span == n - 1;
             let mut best = (f64::INFINITY, 0);
-            if whole || edges.on(ring[i], ring[k]).is_empty() {
+            if whole || !taken([ring[i], ring[k]]) {
                 for j in i + 1..k {
                     let area = (at(j) - at(i)).cross(at(k) - at(i)).length() / 2.0;
                     let total = cost[i * n + j] + cost[j * n + k] + area;
