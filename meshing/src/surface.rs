@@ -27,6 +27,7 @@ use edges::Edges;
 pub use error::SurfaceError;
 use error::{counted, place, short, suggested_wall};
 pub use holes::Hole;
+use holes::Limits;
 
 use crate::TriMesh;
 
@@ -159,7 +160,7 @@ pub fn prepare(mut mesh: TriMesh, options: PrepareOptions) -> Result<(TriMesh, V
     edges = Edges::of(&mesh);
     let holes = holes::holes(&mesh, &edges);
     if !holes.is_empty() {
-        let (filled, left) = close(&mut mesh, &edges, holes, options.fill_below * size, within);
+        let (filled, left) = close(&mut mesh, &edges, &winding.piece, holes, options.fill_below * size, within);
         if let Some(error) = open(&left, size) {
             return Err(error);
         }
@@ -190,13 +191,28 @@ pub fn prepare(mut mesh: TriMesh, options: PrepareOptions) -> Result<(TriMesh, V
     }
 }
 
-/// Closes the holes that may be closed; returns those and the others.
-fn close(mesh: &mut TriMesh, edges: &Edges, holes: Vec<Hole>, widest: f64, within: f64) -> (Vec<Hole>, Vec<Hole>) {
+/// Closes the holes no wider than `widest`, and slits; returns those closed and the others. `pieces` has the piece of each
+/// triangle.
+fn close(
+    mesh: &mut TriMesh,
+    edges: &Edges,
+    pieces: &[u32],
+    holes: Vec<Hole>,
+    widest: f64,
+    within: f64,
+) -> (Vec<Hole>, Vec<Hole>) {
+    let mut areas = vec![0.0; pieces.len()];
+    for (t, &piece) in pieces.iter().enumerate() {
+        let [a, b, c] = mesh.corners(t);
+        areas[piece as usize] += (b - a).cross(c - a).length() / 2.0;
+    }
     let mut added = BTreeSet::new();
     holes.into_iter().partition(|hole| {
-        let before = mesh.triangles.len();
+        let beside = edges.on(hole.vertices[0], hole.vertices[1])[0].triangle;
+        let piece = areas[pieces[beside as usize] as usize];
         let taken = |[u, v]: [u32; 2]| !edges.on(u, v).is_empty() || added.contains(&[u.min(v), u.max(v)]);
-        let filled = holes::fill(mesh, taken, hole, widest, within);
+        let before = mesh.triangles.len();
+        let filled = holes::fill(mesh, taken, hole, Limits { widest, within, piece });
         for &[a, b, c] in &mesh.triangles[before..] {
             added.extend([[a.min(b), a.max(b)], [b.min(c), b.max(c)], [c.min(a), c.max(a)]]);
         }

@@ -50,7 +50,7 @@ pub fn revolution(profile: &[(f64, f64)], segments: usize) -> Result<TriMesh, Sh
                 (false, false) => {
                     let [a, b, c, d] = [lower + k, lower + next, upper + next, upper + k];
                     // Isosceles trapezoid: both diagonals are equal. Alternate, so that the solid has no handedness.
-                    if (i as u32 + k) % 2 == 0 {
+                    if (i as u32 + k).is_multiple_of(2) {
                         mesh.triangles.extend([[a, b, c], [a, c, d]]);
                     } else {
                         mesh.triangles.extend([[a, b, d], [b, c, d]]);

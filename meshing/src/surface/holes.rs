@@ -4,6 +4,11 @@
 //! in the boundary of a polyhedron), which stays out of the way of the surface around it; no new edge may double one that
 //! exists. Where no such triangulation is found, all triangles meet in a new vertex at the centre.
 
+use std::{
+    cmp::Reverse,
+    collections::{BTreeMap, BinaryHeap},
+};
+
 use glam::DVec3;
 
 use super::edges::Edges;
@@ -23,7 +28,9 @@ pub struct Hole {
     pub across: f64,
 }
 
-/// All border loops of a consistently wound mesh, by their first border edge. No loop visits a vertex twice.
+/// All border loops of a consistently wound mesh, by their first border edge. Where several meet in a vertex, each edge
+/// goes to the shortest loop it can be part of: slits side by side stay slits. No loop visits a vertex twice. Borders that
+/// end at an edge with more than two triangles, or change direction on a one-sided surface, make no loop.
 pub(super) fn holes(mesh: &TriMesh, edges: &Edges) -> Vec<Hole> {
     let mut steps: Vec<[u32; 2]> = edges
         .iter()
@@ -37,57 +44,84 @@ pub(super) fn holes(mesh: &TriMesh, edges: &Edges) -> Vec<Hole> {
         if taken[start] {
             continue;
         }
-        let mut path: Vec<u32> = vec![steps[start][0]];
-        let mut next = Some(start);
-        while let Some(step) = next {
-            taken[step] = true;
-            let v = steps[step][1];
-            if let Some(first) = path.iter().position(|&u| u == v) {
-                out.push(hole(mesh, path.split_off(first)));
-            }
-            path.push(v);
-            let from = steps.partition_point(|s| s[0] < v);
-            next = (from..steps.len()).take_while(|&s| steps[s][0] == v).find(|&s| !taken[s]);
-        }
-        // A path that does not come back ends at an edge with more than two triangles.
-        if path.len() > 1 {
-            out.push(hole(mesh, path));
-        }
+        taken[start] = true;
+        let Some(back) = shortest_way_back(mesh, &steps, &taken, steps[start]) else { continue };
+        back.iter().for_each(|&s| taken[s] = true);
+        let vertices: Vec<u32> = std::iter::once(start).chain(back).map(|s| steps[s][0]).collect();
+        let points: Vec<DVec3> = vertices.iter().map(|&v| mesh.vertices[v as usize]).collect();
+        let (lo, hi) = bounds(&points).unwrap_or_default();
+        out.push(Hole { vertices, at: (lo + hi) / 2.0, across: hi.distance(lo) });
     }
     out
 }
 
-fn hole(mesh: &TriMesh, vertices: Vec<u32>) -> Hole {
-    let points: Vec<DVec3> = vertices.iter().map(|&v| mesh.vertices[v as usize]).collect();
-    let (lo, hi) = bounds(&points).unwrap_or_default();
-    Hole { vertices, at: (lo + hi) / 2.0, across: hi.distance(lo) }
+/// The shortest path [m] from the head of a step to its tail along steps that are not taken (Dijkstra; ties by index).
+fn shortest_way_back(mesh: &TriMesh, steps: &[[u32; 2]], taken: &[bool], [tail, head]: [u32; 2]) -> Option<Vec<usize>> {
+    let at = |v: u32| mesh.vertices[v as usize];
+    // Lengths are not negative, so their bits sort as they do.
+    let mut queue = BinaryHeap::from([Reverse((0_u64, head, usize::MAX))]);
+    let mut reached_by = BTreeMap::new();
+    while let Some(Reverse((length, v, step))) = queue.pop() {
+        if reached_by.contains_key(&v) {
+            continue;
+        }
+        reached_by.insert(v, step);
+        if v == tail {
+            let mut path = Vec::new();
+            let mut at = tail;
+            while at != head {
+                let step: usize = reached_by[&at];
+                path.push(step);
+                at = steps[step][0];
+            }
+            path.reverse();
+            return Some(path);
+        }
+        let from = steps.partition_point(|s| s[0] < v);
+        for next in (from..steps.len()).take_while(|&s| steps[s][0] == v).filter(|&s| !taken[s]) {
+            let w = steps[next][1];
+            let longer = f64::from_bits(length) + at(v).distance(at(w));
+            queue.push(Reverse((longer.to_bits(), w, next)));
+        }
+    }
+    None
 }
 
-/// Closes the hole if it is no wider than `widest`, or so narrow a slit that its filling has no area to speak of
-/// (`within` times its length). Says whether it did. `taken` tells the edges that exist.
-pub(super) fn fill(
-    mesh: &mut TriMesh,
-    taken: impl Fn([u32; 2]) -> bool,
-    hole: &Hole,
-    widest: f64,
-    within: f64,
-) -> bool {
-    let n = hole.vertices.len();
-    if !(3..=MOST_EDGES).contains(&n) {
+/// What may be closed.
+#[derive(Clone, Copy)]
+pub(super) struct Limits {
+    /// Widest hole [m].
+    pub widest: f64,
+    /// Wider holes are closed too if their filling is narrower than this on average [m]: slits.
+    pub within: f64,
+    /// Area of the piece around the hole [m²]. A filling of half of it or more would not mend a solid but double a sheet.
+    pub piece: f64,
+}
+
+/// Closes the hole if the limits allow it, and says whether it did. `taken` tells the edges that exist.
+pub(super) fn fill(mesh: &mut TriMesh, taken: impl Fn([u32; 2]) -> bool, hole: &Hole, limits: Limits) -> bool {
+    let ring = &hole.vertices;
+    let n = ring.len();
+    let at = |i: usize| mesh.vertices[ring[i % n] as usize];
+    let narrow = |area: f64| area <= limits.within * hole.across;
+    // No filling has less area than the vector area of its border.
+    let vector_area = (1..n - 1).map(|i| (at(i) - at(0)).cross(at(i + 1) - at(0))).sum::<DVec3>().length() / 2.0;
+    if !(3..=MOST_EDGES).contains(&n) || (hole.across > limits.widest && !narrow(vector_area)) {
         return false;
     }
-    let least = least_area(mesh, taken, &hole.vertices);
-    let slit = least.as_ref().is_some_and(|(area, _)| *area <= within * hole.across);
-    if hole.across > widest && !slit {
+    let least = least_area(mesh, taken, ring);
+    let centre = (0..n).map(at).sum::<DVec3>() / n as f64;
+    let fan_area = || (0..n).map(|i| (at(i) - centre).cross(at(i + 1) - centre).length() / 2.0).sum();
+    let area: f64 = least.as_ref().map_or_else(fan_area, |(area, _)| *area);
+    if area >= limits.piece / 2.0 || (hole.across > limits.widest && !narrow(area)) {
         return false;
     }
     match least {
         Some((_, triangles)) => mesh.triangles.extend(triangles),
         None => {
-            let centre = hole.vertices.iter().map(|&v| mesh.vertices[v as usize]).sum::<DVec3>() / n as f64;
             let c = mesh.vertices.len() as u32;
+            mesh.triangles.extend((0..n).map(|i| [ring[i], ring[(i + 1) % n], c]));
             mesh.vertices.push(centre);
-            mesh.triangles.extend((0..n).map(|i| [hole.vertices[i], hole.vertices[(i + 1) % n], c]));
         }
     }
     true

@@ -208,6 +208,15 @@ fn open_surfaces_say_where_and_what_helps() {
         "the surface is open along 4 edges in 1 loop, the widest near (0, 0.5, 0) and 1.414 across; close it or give \
          `shell = 0.03` to make it a wall"
     );
+    // A soup whose corners don't quite meet is not closed triangle by triangle.
+    let mut loose = soup(&ball(1.0, 4).unwrap());
+    for (i, p) in loose.vertices.iter_mut().enumerate() {
+        *p *= 1.0 + 1e-6 * (i % 7) as f64;
+    }
+    let error = refused(loose.clone());
+    assert!(matches!(error, SurfaceError::Open { edges: 10_000.., loops: 1000.., .. }), "{error}");
+    let closer = PrepareOptions { merge_within: 1e-5, ..Default::default() };
+    assert!(check(&prepare(loose, closer).unwrap().0).is_clean(), "a wider reach merges them");
     let (same, said) = prepare(mesh.clone(), PrepareOptions { for_shell: true, ..Default::default() }).unwrap();
     assert!(same == mesh && said.is_empty(), "an open surface is what a shell starts from");
 }
@@ -339,7 +348,7 @@ fn meshes_that_other_people_made_pass_unchanged() {
         let elapsed = start.elapsed();
         println!("{}: {} triangles in {elapsed:.1?}", path.display(), mesh.triangles.len());
         assert!(found.is_clean(), "{}: {found:?}", path.display());
-        assert!(elapsed.as_secs_f64() < 2.0, "{elapsed:?}"); // measured 0.05 s for 3e4 triangles, test profile
+        assert!(elapsed.as_secs_f64() < 5.0, "{elapsed:?}"); // measured 0.08 to 0.36 s on a busy machine for 3e4 triangles, test profile
         let (same, said) = prepare(mesh.clone(), PrepareOptions::default()).unwrap();
         assert!(said.is_empty() && same == mesh, "{}: {said:?}", path.display());
         let (merged, _) = repaired(soup(&mesh));
