@@ -100,7 +100,9 @@ pub enum Problem {
         what: String,
     },
     /// A header promises more than the rest of the file can hold.
-    #[error("{count} {what} are announced, more than the file can hold; correct the count or write the file again")]
+    #[error(
+        "{count} {what} are announced, more than the rest of the file can hold; copy the file again or correct the count"
+    )]
     TooMany {
         /// The number in the header.
         count: u64,

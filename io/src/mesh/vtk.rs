@@ -231,7 +231,9 @@ impl File<'_> {
                 Ok(Search::On) => {}
                 Ok(Search::Found(labels)) => found = Some(labels),
                 Ok(Search::End) => break,
-                Err(e @ MeshError::Content { problem: Problem::Truncated { .. }, .. }) => return Err(e),
+                Err(e @ MeshError::Content { problem: Problem::Truncated { .. } | Problem::TooMany { .. }, .. }) => {
+                    return Err(e);
+                }
                 Err(_) => break,
             }
         }

@@ -41,9 +41,15 @@ fn every_truncation_is_survived() {
     for (extension, bytes) in samples() {
         assert!(check(extension, &bytes), "{extension}");
         let whole = (0..bytes.len()).filter(|&n| check(extension, &bytes[..n])).count();
-        // Text formats without counts, and files cut in their closing lines or after the labels, still hold a mesh.
-        println!("{extension}: {whole} of {} truncations still hold a mesh", bytes.len());
-        assert!(extension == "obj" || whole < 120, "{extension}: {whole} of {}", bytes.len());
+        // What may be missing unseen: a last line end or digit; OBJ faces, which nobody counts; the closing tags behind
+        // raw data; data behind the cells of a legacy VTK file.
+        let most = match extension {
+            "obj" => 15,
+            "vtu" => 28,
+            "vtk" => 150,
+            _ => 2,
+        };
+        assert!(whole <= most, "{extension}: {whole} of {}", bytes.len());
     }
 }
 

@@ -35,8 +35,8 @@ fn each_error_names_file_place_element_and_cure() {
     );
     assert_eq!(
         message("node", ele("900000 4 0\n1 1 2 3 4\n")),
-        "test.ele, line 1: 900000 tetrahedra are announced, more than the file can hold; correct the count or write the \
-         file again"
+        "test.ele, line 1: 900000 tetrahedra are announced, more than the rest of the file can hold; copy the file again \
+         or correct the count"
     );
     assert_eq!(
         message("node", ele("2 4 0\n1 1 2 3 4\n")),
