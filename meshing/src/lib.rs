@@ -2,6 +2,7 @@
 
 pub mod crack;
 pub mod family;
+pub mod order;
 pub mod quality;
 pub mod shapes;
 pub mod skin;
