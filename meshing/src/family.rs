@@ -254,4 +254,4 @@ fn nearest(tree: &Tree, points: &[DVec3], i: usize) -> f64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
