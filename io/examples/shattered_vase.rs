@@ -90,12 +90,13 @@ fn bend(p: DVec2) -> DVec2 {
 
 fn shattered_vase() -> Frame {
     // Plane coordinates: angle, and 5 t, so that both are of like length on the belly.
-    let seeds: Vec<DVec2> = (0..46).map(|k| dvec2(TAU * random(2 * k), 1.2 + 3.8 * random(2 * k + 1))).collect();
+    let seeds: Vec<DVec2> = (0..60).map(|k| dvec2(TAU * random(2 * k), 1.4 + 3.6 * random(2 * k + 1))).collect();
     let mut vase = Frame::default();
+    let mut laid = Vec::new();
     for (piece, &seed) in seeds.iter().enumerate() {
         let first = vase.positions.len();
         cut_piece(&mut vase, &seeds, piece);
-        lay_down(&mut vase, first, seed, piece as u64);
+        lay_down(&mut vase, &mut laid, first, seed, piece as u64);
     }
     vase.id = (0..vase.positions.len() as u32).collect();
     vase
@@ -191,19 +192,25 @@ fn push(vase: &mut Frame, x: DVec3, n: DVec3, crack: bool, piece: u32) {
 }
 
 /// Lays the shard whose vertices begin at `first` on the ground, unless it belongs to the part that stays.
-fn lay_down(vase: &mut Frame, first: usize, seed: DVec2, key: u64) {
+fn lay_down(vase: &mut Frame, laid: &mut Vec<DVec3>, first: usize, seed: DVec2, key: u64) {
     let (middle, normal) = surface(seed.x, seed.y / 5.0, 0.0);
-    let random = |k: u64| random(1000 + 10 * key + k);
-    if seed.y / 5.0 < 0.42 + 0.16 * (seed.x + 0.4).cos() {
+    let random = |k: u64| random(1000 * (key + 1) + k);
+    if seed.y / 5.0 < 0.60 + 0.14 * (seed.x - 0.6).cos() {
         return;
     }
     // Most shards lie with the hollow side down or up, a little askew.
     let up = if random(1) < 0.65 { DVec3::Y } else { DVec3::NEG_Y };
     let askew = dvec3(random(2) - 0.5, 0.0, random(3) - 0.5) * 0.5;
     let turn = DQuat::from_rotation_y(TAU * random(4)) * DQuat::from_rotation_arc(normal, (up + askew).normalize());
-    let away = seed.x + 0.9 * (random(5) - 0.5);
-    let far = 0.12 + 0.20 * random(6).powf(0.8);
-    let mut place = dvec3(far * away.cos(), 0.0, far * away.sin());
+    // The first of some random places that leaves room between this shard and those that lie already.
+    let tries = (0..200).map(|k| {
+        let away = seed.x + 2.2 * (random(20 + 2 * k) - 0.5);
+        let far = 0.13 + (0.16 + 0.001 * k as f64) * random(21 + 2 * k);
+        dvec3(far * away.cos(), 0.0, far * away.sin())
+    });
+    let lonely = |p: &DVec3| laid.iter().map(|q| q.distance(*p)).fold(f64::INFINITY, f64::min);
+    let mut place = tries.clone().find(|p| lonely(p) > 0.062).or(tries.clone().next()).unwrap_or_default();
+    laid.push(place);
     let moved: Vec<DVec3> =
         vase.positions[first..].iter().map(|&x| turn * (glam::Vec3::from(x).as_dvec3() - middle)).collect();
     place.y = -moved.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);

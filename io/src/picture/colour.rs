@@ -23,10 +23,10 @@ pub(super) fn speed(t: f32) -> Vec3A {
 /// A colour of its own for a piece: hues by the golden ratio, lightness in three steps.
 pub(super) fn piece(number: u32) -> Vec3A {
     let turn = number.wrapping_mul(2_654_435_769) as f32 / 4_294_967_296.0;
-    let light = 0.62 + 0.11 * (hash(number) % 3) as f32;
+    let light = 0.66 + 0.10 * (hash(number) % 3) as f32;
     let channel = |shift: f32| {
         let x = ((turn + shift).fract() * 6.0 - 3.0).abs() - 1.0;
-        light * (1.0 - 0.55 * (1.0 - x.clamp(0.0, 1.0)))
+        light * (1.0 - 0.42 * (1.0 - x.clamp(0.0, 1.0)))
     };
     linear([channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0)])
 }
@@ -40,7 +40,7 @@ fn scale(stops: &[[f32; 3]], t: f32) -> Vec3A {
 /// Bytes of sRGB for linear `light`: a filmic curve (Hable-like shoulder, fitted by Narkowicz 2015) that keeps bright
 /// porcelain from burning out, then the sRGB curve. Half a step of noise by `pixel` hides bands in smooth gradients.
 pub(super) fn to_bytes(light: Vec3A, pixel: u32) -> [u8; 3] {
-    let x = light.max(Vec3A::ZERO) * 0.72;
+    let x = light.max(Vec3A::ZERO) * 0.64;
     let x = (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14);
     let noise = hash(pixel) as f32 / 4_294_967_296.0 - 0.5;
     x.to_array().map(|c| {

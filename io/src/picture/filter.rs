@@ -18,16 +18,21 @@ pub(super) struct Pixel {
     /// Visibility of the key and openness of the sky, weighted by the light they scale.
     seen: [f32; 2],
     weight: [f32; 2],
+    samples: f32,
 }
 
 impl Pixel {
-    /// Adds one sample.
+    /// Adds one sample. A bright one counts for less, or the edge of white on grey would look like a staircase: the
+    /// eye sees the mean after tone mapping. The weight does not know of shadows, so penumbrae keep their level.
     pub fn add(&mut self, key: Vec3A, sky: Vec3A, rest: Vec3A, seen: [f32; 2], normal: Vec3A, depth: f32) {
+        let share = 1.0 / (1.0 + 0.5 * (key + sky + rest).element_sum());
+        let (key, sky) = (key * share, sky * share);
         self.key += key;
         self.sky += sky;
-        self.rest += rest;
-        self.normal += normal;
-        self.depth += depth;
+        self.rest += rest * share;
+        self.normal += normal * share;
+        self.depth += depth * share;
+        self.samples += share;
         let weight = [key.element_sum() + 1e-6, sky.element_sum() + 1e-6];
         for k in 0..2 {
             self.seen[k] += seen[k] * weight[k];
@@ -35,9 +40,9 @@ impl Pixel {
         }
     }
 
-    /// Divides by the number of samples.
-    pub fn mean(mut self, samples: u32) -> Self {
-        let part = 1.0 / samples as f32;
+    /// Divides by the weight of the samples.
+    pub fn mean(mut self) -> Self {
+        let part = 1.0 / self.samples;
         for v in [&mut self.key, &mut self.sky, &mut self.rest, &mut self.normal] {
             *v *= part;
         }
@@ -54,11 +59,11 @@ impl Pixel {
     }
 }
 
-/// Smooths the visibilities of all pixels of a picture `width` wide, more the fewer `samples` they had.
+/// Smooths the visibilities of all pixels of a picture `width` wide, unless they had `samples` enough to be smooth.
+/// Steps of 1 and 2 together cancel all patterns that repeat every 2 or 4 pixels, as those of the samples do.
 pub(super) fn smooth(pixels: &mut [Pixel], width: usize, samples: u32) {
     let passes: &[usize] = match samples {
-        0..=8 => &[1, 2],
-        9..=24 => &[1],
+        0..=32 => &[1, 2],
         _ => &[],
     };
     for &step in passes {

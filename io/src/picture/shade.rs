@@ -14,14 +14,14 @@ use super::{
 /// Tangent of the half angle under which the key light is seen; sets how soft its shadow is.
 const KEY_SPREAD: f32 = 0.11;
 /// Light of the key on a face turned towards it.
-const KEY: Vec3A = Vec3A::new(1.62, 1.52, 1.38);
+const KEY: Vec3A = Vec3A::new(1.86, 1.74, 1.56);
 /// Light of the open sky from straight above and of the ground from below.
-const SKY: Vec3A = Vec3A::new(0.56, 0.61, 0.70);
+const SKY: Vec3A = Vec3A::new(0.62, 0.66, 0.74);
 const BOUNCE: Vec3A = Vec3A::new(0.34, 0.31, 0.28);
 /// How far bodies dim the sky, in units of their size.
 const REACH: f32 = 1.6;
 /// What an occluded sky ray still brings: light from the thing that it met.
-const OCCLUDED: f32 = 0.16;
+const OCCLUDED: f32 = 0.30;
 /// Sky rays for each camera ray.
 const SKY_RAYS: u32 = 2;
 /// How far off its surface a secondary ray starts, in units of the bodies' size.
@@ -55,9 +55,9 @@ struct Light {
 
 impl<'a> Shader<'a> {
     pub fn new(scene: &'a Scene, view: &View, lens: &Lens) -> Self {
-        // The key stands left of and behind the camera, wherever that is.
+        // The key stands to the left and a little behind the camera, wherever that is: form shows in side light.
         let back = -Vec3A::new(lens.forward.x, 0.0, lens.forward.z).try_normalize().unwrap_or(Vec3A::Z);
-        let key = (0.52 * back - 0.78 * lens.right + 1.15 * Vec3A::Y).normalize();
+        let key = (0.30 * back - 0.85 * lens.right + 0.90 * Vec3A::Y).normalize();
         let far = lens.eye.length().max(3.0);
         let p = &view.palette;
         Self {
@@ -73,17 +73,17 @@ impl<'a> Shader<'a> {
 
     /// One pixel: the mean over its samples.
     pub fn pixel(&self, lens: &Lens, at: [u32; 2], [width, height]: [u32; 2], samples: u32) -> Pixel {
-        let mut sampler = Sampler::new(at);
+        let mut sampler = Sampler::new(at, samples);
         let mut sum = Pixel::default();
         for index in 0..samples {
             sampler.start(index);
-            let [u, v] = sampler.pair(0);
-            let x = (at[0] as f32 + 0.5 + 0.75 * tent(u)) / width as f32;
-            let y = (at[1] as f32 + 0.5 + 0.75 * tent(v)) / height as f32;
+            let [u, v] = sampler.place();
+            let x = (at[0] as f32 + 0.5 + tent(u)) / width as f32;
+            let y = (at[1] as f32 + 0.5 + tent(v)) / height as f32;
             let light = self.ray(lens.eye, lens.direction(x, y), &sampler);
             sum.add(light.key, light.sky, light.rest, [light.lit, light.open], light.normal, light.depth);
         }
-        sum.mean(samples)
+        sum.mean()
     }
 
     fn ray(&self, origin: Vec3A, direction: Vec3A, sampler: &Sampler) -> Light {
@@ -115,10 +115,12 @@ impl<'a> Shader<'a> {
         let fog = x * x * (3.0 - 2.0 * x);
         let p = p + Vec3A::Y * LIFT;
         let keep = 1.0 - fog;
+        // A lamp lights the middle best.
+        let pool = 1.0 / (1.0 + (flat / far * 1.8).powi(2));
         let (lit, open) = if fog < 1.0 { self.seen(p, Vec3A::Y, sampler) } else { (1.0, 1.0) };
         Light {
-            key: self.ground * KEY * (self.key.y * keep),
-            sky: self.ground * SKY * keep,
+            key: self.ground * KEY * (self.key.y * keep * pool),
+            sky: self.ground * SKY * (keep * pool),
             rest: self.background(Vec3A::new(direction.x, 0.0, direction.z)) * fog,
             lit,
             open,
@@ -157,7 +159,7 @@ impl<'a> Shader<'a> {
         if !face.crack && self.gloss > 0.0 {
             let mirrored = (direction - n * (2.0 * direction.dot(n))).normalize();
             let grazing = (1.0 + direction.dot(n)).clamp(0.0, 1.0);
-            let fresnel = self.gloss * (0.04 + 0.96 * grazing.powi(5)).min(0.35);
+            let fresnel = self.gloss * (0.05 + 0.95 * grazing.powi(5)).min(0.5);
             light.key *= 1.0 - fresnel;
             light.sky *= 1.0 - fresnel;
             let mirrored = if mirrored.dot(plane) > 0.0 { mirrored } else { plane };
@@ -176,7 +178,7 @@ impl<'a> Shader<'a> {
             let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
             t * t * (3.0 - 2.0 * t)
         };
-        let soft_box = smooth(0.955, 0.975, direction.dot(self.key));
+        let soft_box = smooth(0.945, 0.957, direction.dot(self.key));
         let behind = Vec3A::new(-self.key.x, 0.25, -self.key.z).normalize();
         let strip = smooth(0.90, 0.97, direction.dot(behind)) * 0.9;
         let base = if direction.y < 0.0 && self.scene.ground.is_some() {
@@ -184,7 +186,7 @@ impl<'a> Shader<'a> {
         } else {
             SKY * (0.5 + 0.7 * direction.y.max(0.0))
         };
-        base + KEY * (9.0 * soft_box) + SKY * strip
+        base + KEY * (15.0 * soft_box) + SKY * strip
     }
 
     /// Visibility of the key (0 or 1) and openness of the sky from a point.

@@ -38,10 +38,10 @@ impl Default for Palette {
     fn default() -> Self {
         Self {
             outside: [0.94, 0.92, 0.88],
-            crack: [0.72, 0.43, 0.32],
-            ground: [0.56, 0.55, 0.54],
-            horizon: [0.60, 0.61, 0.63],
-            zenith: [0.22, 0.24, 0.28],
+            crack: [0.66, 0.42, 0.33],
+            ground: [0.50, 0.495, 0.49],
+            horizon: [0.40, 0.41, 0.425],
+            zenith: [0.13, 0.14, 0.16],
             gloss: 1.0,
         }
     }
