@@ -2,10 +2,11 @@
 //!
 //! A [`Frame`] is a triangle surface whose attributes all live on vertices, because that is what readers keep: Blender
 //! drops face properties, meshio fails on binary PLY that has them. Crack faces have vertices of their own, so that
-//! they can carry their own normals and `inside = 1`. [`ply`] holds the file format, [`folder`] the numbering.
+//! they can carry their own normals and `inside = 1`. `ply` writes the file, `header` reads it, `folder` numbers.
 
 mod atomic;
 mod folder;
+mod header;
 mod ply;
 #[cfg(test)]
 mod tests;

@@ -75,18 +75,19 @@ impl Camera {
         if apart && self.opening > 0.0 && self.opening < 180.0 { Ok(self) } else { Err(PictureError::Camera(self)) }
     }
 
-    /// The camera in the units of `place`.
-    pub(super) fn lens(&self, place: &Place, aspect: f64) -> Lens {
+    /// The camera in the units of `place`; `None` so far away that f32 cannot say where.
+    pub(super) fn lens(&self, place: &Place, aspect: f64) -> Option<Lens> {
+        let eye = place.inside(DVec3::from(self.eye));
         let forward = (DVec3::from(self.target) - DVec3::from(self.eye)).normalize();
         let (right, up) = axes(forward);
         let half = (self.opening.to_radians() / 2.0).tan();
-        Lens {
-            eye: place.inside(DVec3::from(self.eye)),
+        (eye.abs().max_element() < 1e15).then(|| Lens {
+            eye,
             forward: forward.as_vec3a(),
             right: right.as_vec3a(),
             up: up.as_vec3a(),
             tangents: [(half * aspect) as f32, half as f32],
-        }
+        })
     }
 }
 

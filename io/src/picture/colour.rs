@@ -40,7 +40,7 @@ fn scale(stops: &[[f32; 3]], t: f32) -> Vec3A {
 /// Bytes of sRGB for linear `light`: a filmic curve (Hable-like shoulder, fitted by Narkowicz 2015) that keeps bright
 /// porcelain from burning out, then the sRGB curve. Half a step of noise by `pixel` hides bands in smooth gradients.
 pub(super) fn to_bytes(light: Vec3A, pixel: u32) -> [u8; 3] {
-    let x = light.max(Vec3A::ZERO) * 0.64;
+    let x = light.clamp(Vec3A::ZERO, Vec3A::splat(1e4)) * 0.64;
     let x = (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14);
     let noise = hash(pixel) as f32 / 4_294_967_296.0 - 0.5;
     x.to_array().map(|c| {

@@ -5,9 +5,9 @@
 //! another colour, so that shards read as shards. Everything is measured in units of the bodies' size, so a 3 cm cup
 //! and a 30 m wall get the same light.
 //!
-//! The way of a pixel: [`camera`] sends 4 rays or more ([`sample`] places them), [`scene`] finds what they hit,
-//! [`shade`] splits the light into a part that key shadows scale, a part that occlusion scales and a part that nothing
-//! scales. [`filter`] smooths the two scale factors, which are all the noise there is, along surfaces, and [`colour`]
+//! The way of a pixel: `camera` sends 4 rays or more (`sample` places them), `scene` finds what they hit,
+//! `shade` splits the light into a part that key shadows scale, a part that occlusion scales and a part that nothing
+//! scales. `filter` smooths the two scale factors, which are all the noise there is, along surfaces, and `colour`
 //! makes 8-bit sRGB of the sum. Pixels never share an accumulator: the same bits on any number of threads.
 //!
 //! Tried and left: path tracing (30 times the rays for a picture that says no more about the cracks), and filtering
@@ -35,8 +35,8 @@ use filter::Pixel;
 use scene::Scene;
 use shade::Shader;
 
-/// Largest width and height [pixels].
-pub const MAX_SIDE: u32 = 16_384;
+/// Largest width and height [pixels]. A pixel takes 96 bytes while it is drawn.
+pub const MAX_SIDE: u32 = 8192;
 
 /// Draws `frames` (usually one; several are drawn together, as bodies of one scene) as `view` asks.
 ///
@@ -45,7 +45,8 @@ pub const MAX_SIDE: u32 = 16_384;
 ///
 /// # Errors
 /// [`PictureError::Size`] if width or height is 0 or above [`MAX_SIDE`]; [`PictureError::Camera`] if the given camera
-/// cannot see: a non-finite number, eye and target in one place, an opening angle outside 0 to 180 degrees.
+/// cannot see: a non-finite number, eye and target in one place, 1e15 body
+/// sizes away, an opening angle outside 0 to 180 degrees.
 pub fn render(frames: &[&Frame], view: &View) -> Result<Image, PictureError> {
     let (width, height) = (view.width, view.height);
     if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
@@ -57,7 +58,7 @@ pub fn render(frames: &[&Frame], view: &View) -> Result<Image, PictureError> {
         None => Camera::framing(frames, view, aspect),
     };
     let scene = Scene::new(frames, view, &camera);
-    let lens = camera.lens(&scene.place, aspect);
+    let lens = camera.lens(&scene.place, aspect).ok_or(PictureError::Camera(camera))?;
     let shader = Shader::new(&scene, view, &lens);
     let samples = view.samples.max(1);
     let mut pixels = vec![Pixel::default(); width as usize * height as usize];

@@ -2,6 +2,8 @@ use glam::Vec3;
 
 use super::*;
 
+mod parts;
+
 const SIZE: (u32, u32) = (160, 90);
 
 fn small() -> View {
@@ -171,6 +173,7 @@ fn a_camera_or_size_that_cannot_see_is_an_error() {
     for camera in [
         Camera { eye: [f64::NAN; 3], target: [0.0; 3], opening: 30.0 },
         Camera { eye: [1.0; 3], target: [0.0; 3], opening: 180.0 },
+        Camera { eye: [1e200; 3], target: [0.0; 3], opening: 30.0 },
     ] {
         assert!(render(&[&frame], &View { camera: Some(camera), ..small() }).is_err());
     }
