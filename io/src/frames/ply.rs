@@ -1,0 +1,100 @@
+//! Frames as binary little-endian PLY.
+//!
+//! One vertex is 49 bytes: position, normal, velocity and damage as `float`, `id` as `uint`, `inside` as `uchar`,
+//! `piece` as `uint`. Faces hold nothing but three `int` indices. Time and number are one comment line.
+//! Layout by hand rather than by a PLY crate: the record is fixed, and a general writer asks for each number by name.
+
+use std::path::Path;
+
+use super::{Frame, FrameError, folder::number_of, header::Header, write_atomically};
+
+/// Vertex properties in file order.
+const PROPERTIES: [(&str, &str); 13] = [
+    ("float", "x"),
+    ("float", "y"),
+    ("float", "z"),
+    ("float", "nx"),
+    ("float", "ny"),
+    ("float", "nz"),
+    ("float", "velocity_x"),
+    ("float", "velocity_y"),
+    ("float", "velocity_z"),
+    ("float", "damage"),
+    ("uint", "id"),
+    ("uchar", "inside"),
+    ("uint", "piece"),
+];
+const VERTEX_BYTES: usize = 11 * 4 + 1 + 4;
+const FACE_BYTES: usize = 1 + 3 * 4;
+
+/// The bytes of `frame` as a PLY file.
+///
+/// # Errors
+/// [`FrameError::Length`] or [`FrameError::Index`] if the columns do not fit together.
+pub fn to_bytes(frame: &Frame) -> Result<Vec<u8>, FrameError> {
+    frame.check()?;
+    let (vertices, faces) = (frame.positions.len(), frame.triangles.len());
+    let mut out = Vec::with_capacity(600 + vertices * VERTEX_BYTES + faces * FACE_BYTES);
+    out.extend_from_slice(b"ply\nformat binary_little_endian 1.0\n");
+    // {:?} prints the shortest decimal that reads back to the same bits.
+    out.extend_from_slice(format!("comment fissure frame {} time {:?} s\n", frame.number, frame.time).as_bytes());
+    out.extend_from_slice(format!("element vertex {vertices}\n").as_bytes());
+    for (kind, name) in PROPERTIES {
+        out.extend_from_slice(format!("property {kind} {name}\n").as_bytes());
+    }
+    out.extend_from_slice(format!("element face {faces}\nproperty list uchar int vertex_indices\n").as_bytes());
+    out.extend_from_slice(b"end_header\n");
+    for k in 0..vertices {
+        for vector in [frame.positions[k], frame.normals[k], frame.velocity[k]] {
+            for number in vector {
+                out.extend_from_slice(&number.to_le_bytes());
+            }
+        }
+        out.extend_from_slice(&frame.damage[k].to_le_bytes());
+        out.extend_from_slice(&frame.id[k].to_le_bytes());
+        out.push(frame.inside[k]);
+        out.extend_from_slice(&frame.piece[k].to_le_bytes());
+    }
+    for corners in &frame.triangles {
+        out.push(3);
+        for v in corners {
+            out.extend_from_slice(&v.to_le_bytes());
+        }
+    }
+    Ok(out)
+}
+
+/// Writes `frame` to `path`, complete or not at all.
+///
+/// # Errors
+/// As [`to_bytes`], and [`FrameError::Io`].
+pub fn write(frame: &Frame, path: &Path) -> Result<(), FrameError> {
+    let bytes = to_bytes(frame)?;
+    write_atomically(path, &bytes).map_err(|source| FrameError::Io { action: "write", path: path.into(), source })
+}
+
+/// Reads a frame. Without a comment line of ours the number comes from the file name (0 if there is none) and the
+/// time is 0.
+///
+/// # Errors
+/// [`FrameError::Io`], [`FrameError::Format`], [`FrameError::Index`].
+pub fn read(path: &Path) -> Result<Frame, FrameError> {
+    let bytes = std::fs::read(path).map_err(|source| FrameError::Io { action: "read", path: path.into(), source })?;
+    from_bytes(&bytes, path)
+}
+
+/// As [`read`] from bytes already in memory; `path` is only named in errors and asked for the frame number.
+///
+/// # Errors
+/// [`FrameError::Format`], [`FrameError::Index`].
+pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Frame, FrameError> {
+    let format = |problem: String| FrameError::Format { path: path.into(), problem };
+    let header = Header::parse(bytes).map_err(format)?;
+    let name = path.file_name().and_then(|n| n.to_str());
+    let number = header.number.or_else(|| name.and_then(number_of)).unwrap_or(0);
+    let mut frame = Frame { number, time: header.time, ..Frame::default() };
+    let faces = header.read_vertices(&bytes[header.length..], &mut frame).map_err(format)?;
+    frame.triangles = header.read_faces(faces).map_err(format)?;
+    frame.check_triangles()?;
+    Ok(frame)
+}
