@@ -39,7 +39,7 @@ fn boxes_have_their_axes_volume_and_area() {
         assert_clean(&mesh, 2);
         let (lo, hi) = mesh.bounds().unwrap();
         assert!((hi - lo).abs_diff_eq(DVec3::new(x, y, z), 1e-14) && ((lo + hi) / 2.0).abs_diff_eq(at, 1e-14));
-        assert_close(mesh.volume(), x * y * z, 1e-12); // measured 3e-15
+        assert_close(mesh.volume(), x * y * z, 1e-12); // measured 3e-14
         assert_close(mesh.area(), 2.0 * (x * y + y * z + z * x), 1e-12);
     }
 }
@@ -59,7 +59,7 @@ fn balls_approach_the_sphere_with_the_square_of_the_edge() {
         assert!(mesh.vertices.iter().all(|p| (p.length() - r).abs() < 1e-15));
         let missing = 1.0 - mesh.volume() / exact;
         let factor = last / missing;
-        assert!((2.8..4.01).contains(&factor), "{factor}"); // measured 2.88, 3.57, 3.88, 3.97, 3.99
+        assert!((3.1..4.01).contains(&factor), "{factor}"); // measured 3.12, 3.74, 3.93, 3.98, 4.00
         last = missing;
     }
     assert_close(ball(r, 5).unwrap().area(), 4.0 * PI * r * r, 4e-4); // measured 3.0e-4
@@ -174,7 +174,7 @@ fn the_wall_of_the_vase_is_nowhere_thinner_than_asked() {
         let outside = &points[..top];
         let inside = points[top..].iter().filter(|p| p.distance(points[top]) > 2.0 * wall);
         let thinnest = inside.flat_map(|p| outside.iter().map(move |q| p.distance(*q))).fold(f64::INFINITY, f64::min);
-        // Distances between sampled points: never below the true thickness. Measured 1.000, 1.000, 1.000 of the wall.
+        // Measured 0.985, 0.995 and 1.000 of the wall for the three.
         assert!((0.98 * wall..1.03 * wall).contains(&thinnest), "{thinnest} for {wall}");
         assert_clean(&vase(1.0, wall, 31).unwrap(), 2);
     }
