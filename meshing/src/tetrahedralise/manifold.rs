@@ -16,7 +16,8 @@ impl Body<'_> {
     pub fn unpinch(&mut self) -> usize {
         let mut treated = self.drop_islands();
         for _ in 0..20 {
-            let bad: Vec<u32> = (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && self.pinched(v)).collect();
+            let bad: Vec<u32> =
+                (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && self.pinched(v)).collect();
             if bad.is_empty() {
                 break;
             }
