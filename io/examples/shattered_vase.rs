@@ -115,7 +115,6 @@ fn cut_piece(vase: &mut Frame, seeds: &[DVec2], piece: usize) {
         for i in 0..AROUND {
             let a0 = seed.x - PI + i as f64 * da;
             let t0 = j as f64 * dt;
-            // The foot is one piece with the cells above it: nobody cuts below t = 0.2.
             let corners = [[a0, t0], [a0, t0 + dt], [a0 + da, t0 + dt], [a0 + da, t0]];
             let mut polygon: Vec<(DVec2, bool)> = corners.iter().map(|&[a, t]| (dvec2(a, 5.0 * t), false)).collect();
             for &rival in &rivals {

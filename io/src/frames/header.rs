@@ -67,7 +67,7 @@ struct Column {
 pub(super) struct Header {
     /// How many bytes the header takes.
     pub length: usize,
-    /// Frame number and time [s], if the comment line of ours is there.
+    /// Frame number and time (s), if the comment line of ours is there.
     pub number: Option<u32>,
     pub time: f64,
     vertices: usize,

@@ -21,13 +21,13 @@ pub use ply::{from_bytes, read, to_bytes, write};
 /// vertex `k`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Where the vertices are [m].
+    /// Where the vertices are (m).
     pub positions: Vec<[f32; 3]>,
     /// Unit normals, outwards. Zero where unknown.
     pub normals: Vec<[f32; 3]>,
     /// Vertex numbers of each triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Velocities [m/s].
+    /// Velocities (m/s).
     pub velocity: Vec<[f32; 3]>,
     /// Damage, 0 (whole) to 1 (every bond broken).
     pub damage: Vec<f32>,
@@ -37,7 +37,7 @@ pub struct Frame {
     pub inside: Vec<u8>,
     /// Which fragment the vertex belongs to.
     pub piece: Vec<u32>,
-    /// Simulated time [s].
+    /// Simulated time (s).
     pub time: f64,
     /// Number of the frame in its run, from 0.
     pub number: u32,

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3A};
 use super::{PictureError, View, scene::Place};
 use crate::frames::Frame;
 
-/// Opening angle of the automatic camera [degrees]: a long lens, which keeps upright things upright.
+/// Opening angle of the automatic camera (degrees): a long lens, which keeps upright things upright.
 const OPENING: f64 = 28.0;
 /// Part of the picture that stays free around the bodies, on every side.
 const MARGIN: f64 = 0.09;
@@ -16,11 +16,11 @@ const LOST: f64 = 0.002;
 /// A pinhole camera; up is +y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where the camera is [m].
+    /// Where the camera is (m).
     pub eye: [f64; 3],
-    /// What is in the middle of the picture [m].
+    /// What is in the middle of the picture (m).
     pub target: [f64; 3],
-    /// Angle from the lower to the upper edge, above 0 and below 180 [degrees].
+    /// Angle from the lower to the upper edge, above 0 and below 180 (degrees).
     pub opening: f64,
 }
 

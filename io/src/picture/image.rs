@@ -8,9 +8,9 @@ use crate::frames::write_atomically;
 /// An 8-bit sRGB picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image {
-    /// Width [pixels].
+    /// Width (pixels).
     pub width: u32,
-    /// Height [pixels].
+    /// Height (pixels).
     pub height: u32,
     /// Red, green, blue of each pixel, row by row from the top left: 3 · width · height bytes.
     pub pixels: Vec<u8>,

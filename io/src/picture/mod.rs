@@ -35,7 +35,7 @@ use filter::Pixel;
 use scene::Scene;
 use shade::Shader;
 
-/// Largest width and height [pixels]. A pixel takes 96 bytes while it is drawn.
+/// Largest width and height (pixels). A pixel takes 96 bytes while it is drawn.
 pub const MAX_SIDE: u32 = 8192;
 
 /// Draws `frames` (usually one; several are drawn together, as bodies of one scene) as `view` asks.

@@ -50,23 +50,23 @@ impl Default for Palette {
 /// How to draw a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// Width [pixels], 1 to [`super::MAX_SIDE`].
+    /// Width (pixels), 1 to [`super::MAX_SIDE`].
     pub width: u32,
-    /// Height [pixels], 1 to [`super::MAX_SIDE`].
+    /// Height (pixels), 1 to [`super::MAX_SIDE`].
     pub height: u32,
     /// Rays through each pixel; 4 is clean, 16 is for print.
     pub samples: u32,
     /// Where to look from; `None` frames the bodies from [`View::azimuth`] and [`View::elevation`].
     pub camera: Option<Camera>,
-    /// Direction of an automatic camera around the vertical, 0 = from +z, 90 = from +x [degrees].
+    /// Direction of an automatic camera around the vertical, 0 = from +z, 90 = from +x (degrees).
     pub azimuth: f64,
-    /// Height of an automatic camera above the horizontal, −89 to 89 [degrees].
+    /// Height of an automatic camera above the horizontal, −89 to 89 (degrees).
     pub elevation: f64,
-    /// Height y of the ground plane [m]; `None` for no ground.
+    /// Height y of the ground plane (m); `None` for no ground.
     pub ground: Option<f64>,
     /// What gives the colour.
     pub mode: ColourMode,
-    /// Speed drawn in the last colour of [`ColourMode::Speed`] [m/s]; `None` takes the largest in the frames. Give it
+    /// Speed drawn in the last colour of [`ColourMode::Speed`] (m/s); `None` takes the largest in the frames. Give it
     /// for a film, or the scale changes from frame to frame.
     pub speed_range: Option<f32>,
     /// Colours of the material mode, the ground and the background.
