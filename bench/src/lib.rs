@@ -54,6 +54,7 @@ pub fn lattice_of(registry: &Registry, law: &str, n: i32, horizon: f64) -> World
         ids: &ids,
         density: 2200.0,
         spacing: SPACING,
+        horizon: horizon * SPACING,
         velocity: DVec3::ZERO,
         spin: DVec3::ZERO,
         families,

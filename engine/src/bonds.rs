@@ -121,6 +121,19 @@ impl Bonds {
             .flat_map(move |c| (0..CHUNK).filter(move |l| self.intact[c] >> l & 1 == 1).map(move |l| c * CHUNK + l))
     }
 
+    /// Whether the columns fit each other and `rows` particles, as far as lengths go: what a restored file may get wrong.
+    /// Neighbours are not read, for that would pull the whole map into memory.
+    pub fn consistent(&self, rows: usize) -> bool {
+        let chunks = self.intact.len();
+        self.offsets.len() == rows + 1
+            && self.offsets.is_sorted()
+            && self.offsets.first() == Some(&0)
+            && self.offsets.last() == Some(&(chunks as u32))
+            && self.neighbours.len() == chunks * CHUNK
+            && self.weight.len() == chunks * CHUNK
+            && self.family.len() == rows
+    }
+
     /// Shows every column.
     pub fn visit(&mut self, scope: &str, v: &mut Visitor<'_>) {
         v(scope, &Column::frozen("offsets", "1", Of::Row), &mut self.offsets);

@@ -25,6 +25,8 @@ pub struct Body {
     pub origin: DVec3,
     /// Mean spacing of its particles [m].
     pub spacing: f64,
+    /// Horizon δ of its families [m].
+    pub horizon: f64,
     /// What it is made of.
     pub material: Box<dyn Material>,
     /// The links that broke in the last step, counted from the body's first particle.
@@ -45,6 +47,8 @@ pub struct BodyInput<'a> {
     pub density: f64,
     /// Mean spacing [m].
     pub spacing: f64,
+    /// Horizon δ [m].
+    pub horizon: f64,
     /// Initial velocity [m/s].
     pub velocity: DVec3,
     /// Initial angular velocity about the centre of mass [rad/s].
@@ -170,10 +174,10 @@ impl World {
         }
         let range = start..start + n;
         material.build(Geometry { particles: self.particles.of(&range), families: input.families })?;
-        let (name, spacing) = (input.name.to_string(), input.spacing);
+        let (name, spacing, horizon) = (input.name.to_string(), input.spacing, input.horizon);
         // room for every bond to break in one step: address space only, until it is used
         let cuts = Vec::with_capacity(material.bonds().map_or(0, |b| b.directed() as usize / 2));
-        self.bodies.push(Body { name, range, origin, spacing, material, cuts });
+        self.bodies.push(Body { name, range, origin, spacing, horizon, material, cuts });
         Ok(self.bodies.last_mut().expect("just pushed"))
     }
 
@@ -287,13 +291,14 @@ impl World {
         for body in &mut self.bodies {
             let scope = format!("bodies/{}", body.name);
             let mut range = Buffer::new(vec![body.range.start as u64, body.range.end as u64]);
-            let mut place = Buffer::new(vec![body.origin.x, body.origin.y, body.origin.z, body.spacing]);
+            let mut origin = Buffer::new(vec![body.origin]);
+            let mut lengths = Buffer::new(vec![body.spacing, body.horizon]);
             v(&scope, &Column::frozen("range", "1", Of::Thing), &mut range);
-            v(&scope, &Column::frozen("origin_and_spacing", "m", Of::Thing), &mut place);
-            if let ([start, end], [x, y, z, spacing]) = (&range[..], &place[..]) {
+            v(&scope, &Column::frozen("origin", "m", Of::Thing), &mut origin);
+            v(&scope, &Column::frozen("spacing_and_horizon", "m", Of::Thing), &mut lengths);
+            if let ([start, end], [place], [spacing, horizon]) = (&range[..], &origin[..], &lengths[..]) {
                 body.range = *start as usize..*end as usize;
-                body.origin = DVec3::new(*x, *y, *z);
-                body.spacing = *spacing;
+                (body.origin, body.spacing, body.horizon) = (*place, *spacing, *horizon);
             }
             body.material.visit(&scope, v);
         }

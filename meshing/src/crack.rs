@@ -281,6 +281,18 @@ impl CrackMesh {
         (fragment, count as usize)
     }
 
+    /// Whether the columns fit each other, as far as lengths and the changing ones go: what a restored file may get wrong.
+    pub fn consistent(&self) -> bool {
+        let (tets, vertices) = (self.tets.len(), self.origin.len() as u32);
+        self.rest_tets.len() == tets
+            && self.neighbours.len() == tets
+            && self.status.len() == 4 * tets
+            && self.around_offsets.len() == self.rest_vertices.len() + 1
+            && self.around_offsets.last().is_some_and(|&end| end as usize == self.around.len())
+            && self.tets.iter().flatten().all(|&v| v < vertices)
+            && self.origin.iter().all(|&v| (v as usize) < self.rest_vertices.len())
+    }
+
     /// Shows every column to `v`, under `scope`.
     pub fn visit(&mut self, scope: &str, v: &mut Visitor) {
         v(scope, &Column::frozen("rest_vertex", "m", Of::Thing), &mut self.rest_vertices);

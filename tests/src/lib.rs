@@ -83,6 +83,7 @@ pub fn block(b: &Block) -> World {
         ids: &(0..points.len() as u32).collect::<Vec<_>>(),
         density: 1000.0,
         spacing: b.spacing,
+        horizon,
         velocity: DVec3::ZERO,
         spin: DVec3::ZERO,
         families: naive_families(&points, horizon),

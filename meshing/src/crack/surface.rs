@@ -19,9 +19,10 @@ pub struct Smoothing {
 }
 
 impl Default for Smoothing {
-    /// The outside all smooth, crack faces up to 30°: most are shaded flat, as broken stone looks.
+    /// The outside up to 50°, so that a box keeps its edges; crack faces up to 30°: most are shaded flat, as broken stone
+    /// looks.
     fn default() -> Self {
-        Self { outside: std::f64::consts::PI, inside: 30f64.to_radians() }
+        Self { outside: 50f64.to_radians(), inside: 30f64.to_radians() }
     }
 }
 

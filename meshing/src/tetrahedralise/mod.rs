@@ -214,7 +214,12 @@ const TET_VOLUME: f64 = 0.1;
 
 /// An element size [m] that gives about `tets` tetrahedra.
 pub fn size_for(surface: &TriMesh, tets: usize) -> f64 {
-    (surface.volume().abs() / (TET_VOLUME * tets.max(1) as f64)).cbrt()
+    size_for_volume(surface.volume().abs(), tets)
+}
+
+/// An element size [m] that fills `volume` [m³] with about `tets` tetrahedra.
+pub fn size_for_volume(volume: f64, tets: usize) -> f64 {
+    (volume / (TET_VOLUME * tets.max(1) as f64)).cbrt()
 }
 
 /// Cheap checks: numbers, indices, closedness.

@@ -1,0 +1,185 @@
+//! From a scene to a simulation at its start.
+
+use std::time::{Duration, Instant};
+
+use fissure_engine::{Anchor, BodyInput, Families, Registry, Surroundings, World};
+use fissure_meshing::crack::CrackMesh;
+use fissure_meshing::family::{Clip, families};
+use fissure_meshing::order::morton_order;
+use fissure_meshing::skin::{Follow, Skin};
+use fissure_meshing::{TetMesh, TriMesh};
+use glam::DVec3;
+
+use super::{Embedded, Simulation, SimulationError, solid};
+use crate::scene::{self, Body, Horizon, Scene, Source, SurfaceMode};
+
+/// What there is to say about the making of a body.
+#[derive(Clone, Debug, Default)]
+pub struct Making {
+    /// Name of the body.
+    pub body: String,
+    /// Repairs, warnings and quality, one sentence each.
+    pub notes: Vec<String>,
+    /// Time for the tetrahedra.
+    pub meshing: Duration,
+    /// Time for the families.
+    pub families: Duration,
+}
+
+impl Simulation {
+    /// Builds the world of `scene` at time 0; `tell` hears about each body as it is made.
+    ///
+    /// # Errors
+    /// Meshes, materials or numbers that do not work out, with what helps.
+    pub fn build(scene: &Scene, registry: &Registry, tell: &mut dyn FnMut(&Making)) -> Result<Self, SimulationError> {
+        scene.check(registry)?;
+        let mut simulation = Self { world: World::default(), meshes: Vec::new() };
+        for body in &scene.bodies {
+            let making = simulation.add(scene, body, registry)?;
+            tell(&making);
+        }
+        simulation.set_up(scene)?;
+        simulation.world.dt = simulation.step_length(scene)?;
+        Ok(simulation)
+    }
+
+    fn add(&mut self, scene: &Scene, body: &Body, registry: &Registry) -> Result<Making, SimulationError> {
+        let fail = |message: String| fault(body, message);
+        let start = Instant::now();
+        let made = solid(body, scene.seed).map_err(fail)?;
+        let mesh = ordered(made.mesh);
+        let meshing = start.elapsed();
+
+        let spacing = mesh.tets.mean_edge();
+        let horizon = match body.horizon {
+            Horizon::Length(length) => length,
+            Horizon::Factor(factor) => factor * spacing,
+        };
+        let start = Instant::now();
+        let points: Vec<DVec3> = (0..mesh.tets.tets.len()).map(|t| mesh.tets.barycentre(t)).collect();
+        let volumes: Vec<f64> = (0..mesh.tets.tets.len()).map(|t| mesh.tets.volume(t)).collect();
+        let cuts = cut_surface(body);
+        let clip = Clip::new(&mesh.tets, (!cuts.triangles.is_empty()).then_some(&cuts));
+        let clip = clip.map_err(|e| fail(e.to_string()))?;
+        let rows = families(&points, horizon, Some(&clip)).map_err(|e| fail(e.to_string()))?;
+        let pre_cut = clip.cut_links().to_vec();
+        let took = start.elapsed();
+
+        let at = Surroundings { horizon, spacing };
+        let material = registry
+            .make((&body.law.name, body.law.values()), (&body.criterion.name, body.criterion.values()), &at)
+            .map_err(|e| scene.blame(&body.name, &e))?;
+        let input = BodyInput {
+            name: &body.name,
+            points: &points,
+            volumes: &volumes,
+            ids: &mesh.ids,
+            density: body.density,
+            spacing,
+            horizon,
+            velocity: body.velocity,
+            spin: body.spin,
+            families: Families { offsets: rows.offsets, neighbours: rows.neighbours },
+        };
+        self.world.add(input, material).map_err(|e| fail(e.to_string()))?;
+
+        let mut crack = CrackMesh::new(&mesh.tets).map_err(|e| fail(e.to_string()))?;
+        crack.cut(&pre_cut);
+        let world = self.world.bodies.last().expect("just added");
+        let p = self.world.particles.of(&world.range);
+        let rest = rest_positions(world.origin, p.rest);
+        let skin = Skin::new(follow(body), &crack, &rest, p.mass);
+        self.meshes.push(Embedded { mesh: crack, skin, rest, links: Vec::new() });
+        Ok(Making { body: body.name.clone(), notes: made.notes, meshing, families: took })
+    }
+
+    /// What is not in the columns: gravity and ground; and what anchors hold at the start.
+    fn set_up(&mut self, scene: &Scene) -> Result<(), SimulationError> {
+        self.world.gravity = scene.gravity;
+        self.world.ground = scene.ground;
+        let position = &self.world.particles.position;
+        for told in &scene.anchors {
+            let body = &self.world.bodies[told.body];
+            let inside = body.range.clone().filter(|&i| told.region.contains(position[i]));
+            let particles: Vec<u32> = inside.map(|i| i as u32).collect();
+            if particles.is_empty() {
+                let (name, body) = (&told.name, &body.name);
+                let message = format!("anchor `{name}` holds no particle of body `{body}`; move or enlarge its region");
+                return Err(SimulationError::Whole { file: scene.file().into(), message });
+            }
+            let start: Vec<DVec3> = particles.iter().map(|&i| position[i as usize]).collect();
+            self.world.anchors.push(Anchor { particles: particles.into(), start: start.into(), ..anchor(told) });
+        }
+        Ok(())
+    }
+
+    /// The time step: the scene's, or the stable one times its safety, shortened so that frames fall on steps.
+    fn step_length(&self, scene: &Scene) -> Result<f64, SimulationError> {
+        if let Some(dt) = scene.dt {
+            return Ok(dt);
+        }
+        let stable = self.world.stable_dt();
+        if !(stable.is_finite() && stable > 0.0) {
+            let message = "no body limits the time step; give `dt` in seconds".into();
+            return Err(SimulationError::Whole { file: scene.file().into(), message });
+        }
+        let every = scene.output.frame_every;
+        Ok(every / (every / (scene.safety * stable)).ceil())
+    }
+}
+
+/// The anchor that a scene tells of, holding nothing yet.
+pub(super) fn anchor(told: &scene::Anchor) -> Anchor {
+    Anchor {
+        name: told.name.clone(),
+        velocity: told.velocity,
+        spin: told.spin,
+        centre: told.centre,
+        from: told.from,
+        until: told.until,
+        ..Anchor::default()
+    }
+}
+
+/// The tetrahedra in the order of a space-filling curve, with their numbers before.
+struct Ordered {
+    tets: TetMesh,
+    ids: Vec<u32>,
+}
+
+fn ordered(mesh: TetMesh) -> Ordered {
+    let points: Vec<DVec3> = (0..mesh.tets.len()).map(|t| mesh.barycentre(t)).collect();
+    let ids = morton_order(&points);
+    let tets = ids.iter().map(|&t| mesh.tets[t as usize]).collect();
+    Ordered { tets: TetMesh { tets, vertices: mesh.vertices }, ids }
+}
+
+fn cut_surface(body: &Body) -> TriMesh {
+    let mut surface = TriMesh::default();
+    for corners in body.cuts.iter().flat_map(|c| c.triangles()) {
+        let first = surface.vertices.len() as u32;
+        surface.vertices.extend(corners);
+        surface.triangles.push([first, first + 1, first + 2]);
+    }
+    surface
+}
+
+pub(super) fn rest_positions(origin: DVec3, rest: &[glam::Vec3]) -> Vec<DVec3> {
+    rest.iter().map(|x| origin + x.as_dvec3()).collect()
+}
+
+pub(super) fn follow(body: &Body) -> Follow {
+    match body.surface {
+        SurfaceMode::Smooth => Follow::Affine,
+        SurfaceMode::AsWritten => Follow::AsWritten,
+    }
+}
+
+pub(super) fn fault(body: &Body, message: String) -> SimulationError {
+    let source_file = match &body.source {
+        // readers of files name the file themselves
+        Source::Mesh { path, .. } if !message.contains(&*path.to_string_lossy()) => format!(" ({})", path.display()),
+        _ => String::new(),
+    };
+    SimulationError::Body { body: body.name.clone(), source_file, message }
+}

@@ -1,0 +1,91 @@
+//! From the files of a run back to a simulation.
+
+use fissure_engine::{Body, Registry, Surroundings, World};
+use fissure_meshing::crack::CrackMesh;
+use fissure_meshing::skin::Skin;
+use glam::DVec3;
+
+use super::build::{follow, rest_positions};
+use super::{Embedded, Simulation, SimulationError};
+use crate::checkpoint::Latest;
+use crate::scene::Scene;
+
+impl Simulation {
+    /// The simulation of `scene` as the checkpoint `latest` has it. Neither meshes nor families are made again: frozen
+    /// columns are mapped shared, the others copy-on-write.
+    ///
+    /// # Errors
+    /// Files that do not belong to this scene, or are damaged.
+    pub fn restore(scene: &Scene, registry: &Registry, latest: &Latest) -> Result<Self, SimulationError> {
+        scene.check(registry)?;
+        let mut simulation = Self { world: World::default(), meshes: Vec::new() };
+        for body in &scene.bodies {
+            let lengths = latest.frozen.column::<f64>(&format!("bodies/{}", body.name), "spacing_and_horizon")?;
+            let &[spacing, horizon] = lengths else {
+                return Err(SimulationError::Whole {
+                    file: latest.frozen.path().display().to_string(),
+                    message: format!("body `{}` has no spacing and horizon; this is no file of this scene", body.name),
+                });
+            };
+            let at = Surroundings { horizon, spacing };
+            let material = registry
+                .make((&body.law.name, body.law.values()), (&body.criterion.name, body.criterion.values()), &at)
+                .map_err(|e| scene.blame(&body.name, &e))?;
+            simulation.world.bodies.push(Body {
+                name: body.name.clone(),
+                range: 0..0,
+                origin: DVec3::ZERO,
+                spacing,
+                horizon,
+                material,
+                cuts: Vec::new(),
+            });
+            let skin = Skin::new(follow(body), &CrackMesh::default(), &[], &[]);
+            simulation.meshes.push(Embedded { mesh: CrackMesh::default(), skin, rest: Vec::new(), links: Vec::new() });
+        }
+        simulation.world.anchors = scene.anchors.iter().map(super::build::anchor).collect();
+        simulation.world.gravity = scene.gravity;
+        simulation.world.ground = scene.ground;
+        latest.live.restore(&mut simulation, &latest.frozen)?;
+        simulation.check(latest)?;
+        let Simulation { world, meshes } = &mut simulation;
+        for (body, embedded) in world.bodies.iter_mut().zip(meshes) {
+            embedded.rest = rest_positions(body.origin, world.particles.of(&body.range).rest);
+            body.cuts.reserve(body.material.bonds().map_or(0, |b| b.directed() as usize / 2));
+        }
+        Ok(simulation)
+    }
+
+    /// Lengths and ranges that the engine indexes by: a file with right checksums may still lie about them.
+    fn check(&self, latest: &Latest) -> Result<(), SimulationError> {
+        let bad = |what: String| {
+            let message = format!("{what}; the file was not written by this program");
+            SimulationError::Whole { file: latest.live.path().display().to_string(), message }
+        };
+        let p = &self.world.particles;
+        let n = p.len();
+        let lengths = [p.position.len(), p.velocity.len(), p.volume.len(), p.mass.len(), p.damage.len(), p.id.len()];
+        if lengths.iter().any(|&l| l != n) {
+            return Err(bad("columns of particles differ in length".into()));
+        }
+        let mut next = 0;
+        for (body, embedded) in self.world.bodies.iter().zip(&self.meshes) {
+            if body.range.start != next || body.range.end < next || body.range.end > n {
+                return Err(bad(format!("body `{}` has an impossible range of particles", body.name)));
+            }
+            next = body.range.end;
+            if body.material.bonds().is_some_and(|b| !b.consistent(body.range.len())) {
+                return Err(bad(format!("the bonds of body `{}` contradict each other", body.name)));
+            }
+            if embedded.mesh.tets().len() != body.range.len() || !embedded.mesh.consistent() {
+                return Err(bad(format!("the mesh of body `{}` contradicts itself", body.name)));
+            }
+        }
+        for anchor in &self.world.anchors {
+            if anchor.start.len() != anchor.particles.len() || anchor.particles.iter().any(|&i| i as usize >= n) {
+                return Err(bad(format!("anchor `{}` holds particles that do not exist", anchor.name)));
+            }
+        }
+        Ok(())
+    }
+}
