@@ -237,7 +237,7 @@ impl CrackMesh {
     }
 
     /// The tetrahedra of current vertex `v`, ascending.
-    pub fn tets_around(&self, v: u32) -> impl Iterator<Item = u32> {
+    pub fn tets_around(&self, v: u32) -> impl Iterator<Item = u32> + Clone {
         let origin = self.origin[v as usize] as usize;
         let star = &self.around[self.around_offsets[origin] as usize..self.around_offsets[origin + 1] as usize];
         star.iter().copied().filter(move |&t| self.tets[t as usize].contains(&v))
