@@ -250,3 +250,30 @@ fn columns_and_threads() {
     body.skin(Follow::AsWritten).visit("ball", &mut |_, c, _| names.push(c.name));
     assert_eq!(names, ["vertex_offset"]);
 }
+
+/// Speed of a frame at the size that matters; by hand: `cargo test -p fissure-meshing --release -- --ignored big`.
+#[test]
+#[ignore = "takes seconds and is worth reading only in a release build"]
+fn big_body() {
+    let mut body = Body::new(&kuhn([37; 3], 0.4, |_| true));
+    for share in [0.0, 0.5] {
+        let links = body.links(|s, t| random((s.min(t) * 524_309 + s.max(t)) as u64) < share);
+        let clock = std::time::Instant::now();
+        let new = body.crack.cut(&links);
+        let cut = clock.elapsed().as_secs_f64();
+        let mut skin = body.skin(Follow::Affine);
+        body.moved(&mut skin, |x| turn(0.1) * x, |x| x);
+        let clock = std::time::Instant::now();
+        body.moved(&mut skin, |x| turn(0.2) * x, |x| x);
+        let update = clock.elapsed().as_secs_f64();
+        let clock = std::time::Instant::now();
+        let surface = body.crack.surface();
+        println!(
+            "{} links, {new} new vertices: cut {cut:.2} s, skin {update:.2} s, surface of {} triangles {:.2} s",
+            links.len(),
+            surface.triangles.len(),
+            clock.elapsed().as_secs_f64()
+        );
+        assert!(body.error(skin.positions(), |x| turn(0.2) * x).is_finite());
+    }
+}
