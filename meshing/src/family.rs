@@ -9,14 +9,17 @@
 //! one wave. Two passes, one that counts and one that fills, need no wave but twice the time.
 
 mod clip;
+mod error;
+mod near;
 mod triangle;
 
 pub use clip::Clip;
+pub use error::FamilyError;
 
 use glam::DVec3;
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use rayon::prelude::*;
-use thiserror::Error;
+
+use near::{build_tree, nearest, visit_ball};
 
 /// Particles per block.
 const BLOCK: usize = 512;
@@ -50,102 +53,6 @@ impl Families {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
-}
-
-/// Why families, or the clip for them, could not be built.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum FamilyError {
-    /// A coordinate is infinite or not a number.
-    #[error("particle {index} has the position {position}; mend the mesh so that every coordinate is a finite number")]
-    NotFinite {
-        /// The particle.
-        index: usize,
-        /// Where it is said to be [m].
-        position: DVec3,
-    },
-    /// The horizon is zero, negative or not a number.
-    #[error("the horizon is {0} m; give a positive, finite length, for example 1.4 times the mean edge length")]
-    BadHorizon(f64),
-    /// Some particles have no other within the horizon.
-    #[error(
-        "{count} of {particles} particles have no neighbour within the horizon of {horizon:.4e} m, the first is particle \
-         {first}; the nearest particle is up to {spacing:.4e} m away, so use a horizon well above that"
-    )]
-    Isolated {
-        /// How many.
-        count: usize,
-        /// Of how many.
-        particles: usize,
-        /// The first of them.
-        first: usize,
-        /// The horizon [m].
-        horizon: f64,
-        /// Largest distance of an isolated particle to its nearest neighbour [m]; infinite for a single particle.
-        spacing: f64,
-    },
-    /// Row offsets are 32-bit numbers.
-    #[error(
-        "{0} directed bonds or more are too many, the limit is 4294967295; use a smaller horizon or fewer particles"
-    )]
-    TooMany(usize),
-    /// Points and tetrahedra differ in number.
-    #[error(
-        "{points} particles but {tets} tetrahedra to clip by; give one particle per tetrahedron, at its barycentre"
-    )]
-    OtherMesh {
-        /// Number of particles.
-        points: usize,
-        /// Number of tetrahedra.
-        tets: usize,
-    },
-    /// A face of more than two tetrahedra.
-    #[error(
-        "more than two tetrahedra share the face of vertices {0:?}; mend the mesh so that every face has at most two"
-    )]
-    CrowdedFace([u32; 3]),
-    /// A tetrahedron or cut names a vertex that does not exist.
-    #[error("{what} {index} names vertex {vertex}, but there are only {vertices} vertices; mend the mesh")]
-    NoVertex {
-        /// "tetrahedron" or "cut triangle".
-        what: &'static str,
-        /// Which one.
-        index: usize,
-        /// The vertex it names.
-        vertex: u32,
-        /// How many there are.
-        vertices: usize,
-    },
-    /// A corner of a pre-cut is infinite or not a number.
-    #[error("vertex {index} of the pre-cut has the position {position}; every coordinate must be a finite number")]
-    CutNotFinite {
-        /// The vertex of the cut mesh.
-        index: usize,
-        /// Where it is said to be [m].
-        position: DVec3,
-    },
-    /// The k-d tree refused the points.
-    #[error("the k-d tree over the particles could not be built: {0}")]
-    Tree(String),
-}
-
-/// The k-d tree of this module.
-type Tree = ImmutableKdTree<f64, 3>;
-
-/// Particles within `radius` of `center`, with squared distances: all of them, and perhaps some a rounding farther.
-fn visit_ball(tree: &Tree, center: DVec3, radius: f64, mut visit: impl FnMut(u32, f64)) {
-    let reach = radius * radius * (1.0 + MARGIN);
-    tree.query(&center.to_array())
-        .within::<SquaredEuclidean<f64>>(reach)
-        .unsorted()
-        .visit(|found| visit(found.item, found.distance));
-}
-
-fn build_tree(points: &[DVec3]) -> Result<Tree, FamilyError> {
-    if let Some(index) = points.iter().position(|p| !p.is_finite()) {
-        return Err(FamilyError::NotFinite { index, position: points[index] });
-    }
-    let arrays: Vec<[f64; 3]> = points.iter().map(|p| p.to_array()).collect();
-    Tree::new_from_slice(&arrays).map_err(|e| FamilyError::Tree(e.to_string()))
 }
 
 /// One block of rows, end to end.
@@ -243,14 +150,6 @@ pub fn families(points: &[DVec3], horizon: f64, clip: Option<&Clip>) -> Result<F
     }
     all.neighbours.shrink_to_fit();
     Ok(all)
-}
-
-/// Distance from particle `i` to the nearest other one [m].
-fn nearest(tree: &Tree, points: &[DVec3], i: usize) -> f64 {
-    let two = std::num::NonZeroUsize::new(2).expect("2 is not 0");
-    let found = tree.query(&points[i].to_array()).nearest_n::<SquaredEuclidean<f64>>(two).execute();
-    let other = found.iter().filter(|f| f.item as usize != i).map(|f| f.distance);
-    other.fold(f64::INFINITY, f64::min).sqrt()
 }
 
 #[cfg(test)]

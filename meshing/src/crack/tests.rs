@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use proptest::prelude::*;
 
 use super::*;
+use crate::TriMesh;
 use crate::family::tests::meshes::{ball, kuhn, random, tetgen};
+use crate::family::{Clip, families};
+use crate::tetmesh::FACES;
 
 /// Pairs of face neighbours, each once.
 fn links(crack: &CrackMesh) -> Vec<(u32, u32)> {
@@ -144,6 +147,25 @@ fn a_crack_inside_stays_in_the_set_until_it_opens() {
     crack.cut(&across[9..]);
     crack.cut(&across[..8]);
     assert_eq!((check(&crack), crack.crack_set()), (2, 0));
+}
+
+#[test]
+fn a_pre_cut_starts_the_crack_mesh() {
+    let mesh = kuhn([6, 3, 3], 0.4, |_| true);
+    let plane = TriMesh {
+        vertices: [(2.7, -1.0, -1.0), (2.7, 9.0, -1.0), (3.2, -1.0, 9.0)].map(|(x, y, z)| DVec3::new(x, y, z)).to_vec(),
+        triangles: vec![[0, 1, 2]],
+    };
+    let clip = Clip::new(&mesh, Some(&plane)).unwrap();
+    let mut crack = CrackMesh::new(&mesh).unwrap();
+    assert!(crack.cut(clip.cut_links()) > 0);
+    assert_eq!((check(&crack), crack.crack_set()), (2, 0));
+    let (fragment, _) = crack.fragments();
+    let points: Vec<DVec3> = (0..mesh.tets.len()).map(|t| mesh.barycentre(t)).collect();
+    let families = families(&points, 1.5, Some(&clip)).unwrap();
+    for i in 0..points.len() {
+        assert!(families.row(i).iter().all(|&j| fragment[i] == fragment[j as usize]), "bonds join what faces join");
+    }
 }
 
 #[test]

@@ -14,8 +14,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::triangle::{crosses, distance};
-use super::{FamilyError, Tree, build_tree, visit_ball};
+use super::FamilyError;
+use super::near::{Near, Tree, build_tree, visit_near};
 use crate::tetmesh::FACES;
 use crate::{TetMesh, TriMesh};
 
@@ -207,59 +207,6 @@ impl Prepared<'_, '_> {
             || clip.neighbours[i].contains(&(j as u32))
             || clip.joined(i, p, j, q)
     }
-}
-
-/// Which cut triangles lie near which point: CSR rows.
-struct Near {
-    offsets: Vec<u32>,
-    triangles: Vec<u32>,
-}
-
-impl Near {
-    fn new(cuts: &[[DVec3; 3]], tree: &Tree, points: &[DVec3], reach: f64) -> Self {
-        if cuts.is_empty() {
-            return Self { offsets: Vec::new(), triangles: Vec::new() };
-        }
-        let mut pairs: Vec<(u32, u32)> = cuts
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(c, cut)| {
-                let mut near = Vec::new();
-                visit_near(cut, tree, points, reach, |p, _| near.push((p, c as u32)));
-                near
-            })
-            .collect();
-        pairs.par_sort_unstable();
-        let mut offsets = vec![0; points.len() + 1];
-        for &(p, _) in &pairs {
-            offsets[p as usize + 1] += 1;
-        }
-        for p in 0..points.len() {
-            offsets[p + 1] += offsets[p];
-        }
-        Self { offsets, triangles: pairs.into_iter().map(|(_, c)| c).collect() }
-    }
-
-    /// Whether a cut crosses the segment from point `i` to point `j`, which is no longer than the reach.
-    fn cut(&self, cuts: &[[DVec3; 3]], points: &[DVec3], i: usize, j: usize) -> bool {
-        if cuts.is_empty() {
-            return false;
-        }
-        let near = &self.triangles[self.offsets[i] as usize..self.offsets[i + 1] as usize];
-        near.iter().any(|&c| crosses(points[i], points[j], cuts[c as usize]))
-    }
-}
-
-/// Visits all points within `reach` of the triangle, with their distances.
-fn visit_near(face: &[DVec3; 3], tree: &Tree, points: &[DVec3], reach: f64, mut visit: impl FnMut(u32, f64)) {
-    let middle = (face[0] + face[1] + face[2]) / 3.0;
-    let radius = face.iter().map(|v| v.distance(middle)).fold(0.0, f64::max);
-    visit_ball(tree, middle, radius + reach, |p, _| {
-        let d = distance(points[p as usize], *face);
-        if d <= reach * (1.0 + 1e-9) {
-            visit(p, d);
-        }
-    });
 }
 
 /// Numbers the face-connected parts: the part of each tetrahedron, in order of their first ones, and how many.

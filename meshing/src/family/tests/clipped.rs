@@ -203,3 +203,29 @@ fn no_bond_crosses_the_notches_of_the_sheet() {
     assert!(crossing(&whole) > 100);
     assert!(clipped.clipped <= crossing(&whole) * 11 / 10);
 }
+
+/// Speed of the clip at the size that matters; by hand, as `big_cloud`.
+#[test]
+#[ignore = "takes seconds and is worth reading only in a release build"]
+fn big_body() {
+    let mut mesh = kuhn([37; 3], 0.4, |_| true);
+    let order = crate::order::morton_order(&barycentres(&mesh));
+    mesh.tets = order.iter().map(|&t| mesh.tets[t as usize]).collect();
+    let (points, horizon) = (barycentres(&mesh), 1.85);
+    for _ in 0..2 {
+        let start = std::time::Instant::now();
+        let clip = Clip::new(&mesh, None).unwrap();
+        let prepared = start.elapsed().as_secs_f64();
+        let clipped = families(&points, horizon, Some(&clip)).unwrap();
+        let done = start.elapsed().as_secs_f64();
+        let whole = families(&points, horizon, None).unwrap();
+        println!(
+            "{} particles, {} bonds: mesh {prepared:.2} s, families with clip {:.2} s, without {:.2} s",
+            points.len(),
+            whole.neighbours.len(),
+            done - prepared,
+            start.elapsed().as_secs_f64() - done
+        );
+        assert_eq!(clipped.neighbours, whole.neighbours);
+    }
+}

@@ -1,0 +1,117 @@
+//! Local affine motion of the particles, by least squares over a tetrahedron and those that share a vertex with it.
+//!
+//! Sums over a tetrahedron's surroundings are the sums around its four vertices put together (parallel-axis theorem),
+//! so a particle counts once for each vertex it shares, the own one four times, and nothing is gathered twice.
+//!
+//! The gradient starts from a rotation R and takes from the data only what the data know: with the second moments Q
+//! of the rest positions and A of current by rest ones, F ← F + (A − F Q)(Q + ε)⁻¹, eight times from F = R. Where the
+//! particles spread, the error shrinks by ε/λ each time, to nothing; across a flat or straight set, where λ ≪ ε, F
+//! stays at R. One step of a tiny ε instead (Tikhonov) would be exact as well, but divides rounding errors by it.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::rotation::nearest_rotation;
+
+/// ε relative to the squared size of the surroundings.
+const RIDGE: f64 = 1e-3;
+const ITERATIONS: usize = 8;
+/// Weight of the last rotation, relative to the squared size: it decides only what the particles leave open, such as
+/// the twist of two of them about their axis.
+const TIE: f64 = 1e-5;
+/// Largest |F − R| (Frobenius) where particles lie in a plane or on a line, and where they fill space.
+const STRETCH: (f64, f64) = (0.3, 5.0);
+/// Particles with 27 det Q / (tr Q)³ above this fill space: 1 for a ball, 0.16 for a sheet of 1 : 1 : 0.2.
+const FILLED: f64 = 0.05;
+
+/// Weighted means and second central moments of a set of particles.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Moments {
+    weight: f64,
+    rest: DVec3,
+    position: DVec3,
+    velocity: DVec3,
+    /// Σ w (X − X̄)(X − X̄)ᵀ
+    spread: DMat3,
+    /// Σ w (y − ȳ)(X − X̄)ᵀ
+    moved: DMat3,
+    /// Σ w (v − v̄)(X − X̄)ᵀ
+    moving: DMat3,
+}
+
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+impl Moments {
+    /// One particle: no spread.
+    pub(super) fn one(weight: f64, rest: DVec3, position: DVec3, velocity: DVec3) -> Self {
+        let zero = DMat3::ZERO; // the default matrix is the unit matrix
+        Self { weight, rest, position, velocity, spread: zero, moved: zero, moving: zero }
+    }
+
+    /// The parts together.
+    pub(super) fn join(parts: impl Iterator<Item = Self> + Clone) -> Self {
+        let mut all = Self::one(0.0, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        for p in parts.clone() {
+            all.weight += p.weight;
+            all.rest += p.rest * p.weight;
+            all.position += p.position * p.weight;
+            all.velocity += p.velocity * p.weight;
+        }
+        if all.weight > 0.0 {
+            all.rest /= all.weight;
+            all.position /= all.weight;
+            all.velocity /= all.weight;
+        }
+        for p in parts {
+            let arm = p.rest - all.rest;
+            let weighted = arm * p.weight;
+            all.spread += p.spread + outer(arm, weighted);
+            all.moved += p.moved + outer(p.position - all.position, weighted);
+            all.moving += p.moving + outer(p.velocity - all.velocity, weighted);
+        }
+        all
+    }
+
+    /// Fits the gradient; `own` is the squared size of the tetrahedron itself [m²], `old` its last rotation.
+    pub(super) fn fit(&self, own: f64, old: DQuat) -> Fit {
+        let scale = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
+        let (spread, moved, moving) = (self.spread * scale, self.moved * scale, self.moving * scale);
+        let trace = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
+        let ridge = RIDGE * (trace + own);
+        let filled = (27.0 * spread.determinant() / trace.powi(3).max(f64::MIN_POSITIVE) / FILLED).clamp(0.0, 1.0);
+        let mut rotation = old;
+        for _ in 0..if filled < 1.0 { 3 } else { 1 } {
+            // Again from the result: each time, the last rotation pulls on what is known by TIE times less.
+            rotation = nearest_rotation(moved + DMat3::from_quat(rotation) * (TIE * (trace + own)), rotation);
+        }
+        let r = DMat3::from_quat(rotation);
+        let inverse = (spread + DMat3::from_diagonal(DVec3::splat(ridge))).inverse();
+        if !inverse.is_finite() || !moved.is_finite() {
+            return Fit { rotation, gradient: r, rate: DMat3::ZERO };
+        }
+        let (mut gradient, mut rate) = (r, DMat3::ZERO);
+        for _ in 0..ITERATIONS {
+            gradient += (moved - gradient * spread) * inverse;
+            rate += (moving - rate * spread) * inverse;
+        }
+        let limit = STRETCH.0 + (STRETCH.1 - STRETCH.0) * filled;
+        let strain = gradient - r;
+        let size = strain.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+        if size > limit {
+            gradient = r + strain * (limit / size);
+            rate *= limit / size;
+        }
+        Fit { rotation, gradient, rate }
+    }
+}
+
+/// What [`Moments::fit`] finds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    pub(super) rotation: DQuat,
+    /// F.
+    pub(super) gradient: DMat3,
+    /// dF/dt [1/s].
+    pub(super) rate: DMat3,
+}
