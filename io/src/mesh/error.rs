@@ -172,7 +172,7 @@ pub enum Problem {
         corners: usize,
     },
     /// More vertices than 32-bit indices can tell apart.
-    #[error("there are more than 4294967295 vertices; split the mesh")]
+    #[error("there are 4294967295 vertices or more; split the mesh")]
     TooLarge,
     /// Nothing to simulate in it.
     #[error("there are no {what} in it; export the mesh with them")]

@@ -94,6 +94,7 @@ fn ascii(at: &mut Cursor) -> Result<TriMesh, MeshError> {
             b"endfacet" => soup.facet(at)?,
             b"endsolid" => open = false,
             b"solid" => open = true,
+            b"facet" | b"outer" if !soup.corner.is_empty() => return Err(at.unexpected("'endfacet'", line)),
             b"facet" | b"outer" | b"endloop" => {}
             _ => return Err(at.unexpected("'facet', 'vertex' or 'endsolid'", line)),
         }

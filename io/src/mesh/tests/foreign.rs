@@ -154,6 +154,10 @@ fn gmsh_with_other_elements_quadratic_tetrahedra_sparse_numbers_and_parameters()
                 $Elements\n3\n1 15 2 0 1 1\n2 2 2 0 1 1 2 3\n3 4 3 0 6 1 1 2 3 4\n$EndElements\n";
     let read = solid("msh", text);
     assert_eq!((read.mesh.tets.len(), read.labels.len()), (1, 0));
+    // Nodes with the dimension and tag of their entity and its coordinates, as Gmsh saves them on request.
+    let parametric = text.replace("Nodes", "ParametricNodes").replace("1 0 0 0\n", "1 0 0 0 0 9\n");
+    let parametric = parametric.replace("2 1 0 0\n", "2 1 0 0 1 9 .5\n").replace("3 0 1 0\n", "3 0 1 0 2 9 .5 .5\n");
+    assert_eq!(solid("msh", parametric.replace("4 0 0 1\n", "4 0 0 1 3 9\n")), read);
 }
 
 #[derive(Clone, Copy, PartialEq)]
