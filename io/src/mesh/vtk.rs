@@ -1,5 +1,7 @@
-//! Legacy VTK files (`.vtk`) with an unstructured grid: text, or big-endian binary. `CELLS` come as lists with their lengths
-//! (up to version 4) or as offsets and connectivity (5.1). Only reading: VTK's own advice for writing is `.vtu`.
+//! Legacy VTK files (`.vtk`) with an unstructured grid: text, or big-endian binary.
+//!
+//! `CELLS` come as lists with their lengths (up to version 4) or as offsets and connectivity (5.1). Only reading:
+//! whoever reads these reads `.vtu` too.
 
 use super::LabelledTets;
 use super::build::TetBuilder;

@@ -398,6 +398,7 @@ fn shared_surfaces_are_closed() {
 fn shared_solids_agree_between_formats() {
     let mut before: Option<(String, usize, usize, f64)> = None;
     let mut compared = 0;
+    let mut worst = 0.0f64;
     for path in files("tet") {
         let Mesh::Solid(LabelledTets { mesh, .. }) = read(&path).unwrap() else { panic!("{path:?} is a surface") };
         let stem = path.file_name().unwrap().to_string_lossy().split('.').next().unwrap().to_owned();
@@ -406,12 +407,13 @@ fn shared_solids_agree_between_formats() {
             && *other == stem
         {
             assert_eq!((mesh.vertices.len(), mesh.tets.len()), (*vertices, *tets), "{path:?}");
-            // The largest difference measured is 0: the text files have the digits of the binary ones.
+            // The text files have 7 digits; the largest difference measured is 8.0e-8.
             assert!((volume / reference - 1.0).abs() < 1e-6, "{path:?}: {volume} {reference}");
             compared += 1;
+            worst = worst.max((volume / reference - 1.0).abs());
             continue;
         }
         before = Some((stem, mesh.vertices.len(), mesh.tets.len(), volume));
     }
-    println!("{compared} files compared");
+    println!("{compared} files compared, largest difference of volumes {worst:.1e}");
 }
