@@ -29,7 +29,8 @@ impl TetBuilder {
     /// Adds the vertex that the file calls `number`.
     pub(super) fn vertex(&mut self, at: &Cursor, number: i64, p: [f64; 3]) -> Result<(), MeshError> {
         let p = vertex(at, number, p)?;
-        let index = u32::try_from(self.mesh.vertices.len()).map_err(|_| at.fail(Problem::TooLarge))?;
+        let index = u32::try_from(self.mesh.vertices.len()).ok().filter(|&i| i < u32::MAX);
+        let index = index.ok_or_else(|| at.fail(Problem::TooLarge))?;
         if !self.numbers.add(number, index) {
             return Err(at.fail(Problem::RepeatedVertex { vertex: number }));
         }
@@ -137,6 +138,9 @@ pub(super) struct TriBuilder {
 impl TriBuilder {
     /// Adds the vertex that the file calls `number`.
     pub(super) fn vertex(&mut self, at: &Cursor, number: i64, p: [f64; 3]) -> Result<(), MeshError> {
+        if self.mesh.vertices.len() >= u32::MAX as usize {
+            return Err(at.fail(Problem::TooLarge));
+        }
         self.mesh.vertices.push(vertex(at, number, p)?);
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! A place in the bytes of a mesh file, from which words, lines, and text or binary numbers are read.
 //!
-//! Gmsh, PLY and VTK files start as text and go on as text or binary with the same fields; one cursor for both lets each
-//! format describe its fields once. No count of a header is believed before it is held against the bytes left. Line
-//! numbers are counted only when an error needs one.
+//! Gmsh, PLY and VTK files start as text and go on as text or binary with the same fields; one cursor for both lets
+//! each format describe its fields once. No count of a header is believed before it is held against the bytes left.
+//! Line numbers are counted only when an error needs one.
 
 use super::error::{MeshError, Place, Problem};
 use super::scalar::{Endian, Scalar};

@@ -24,7 +24,7 @@ pub enum MeshError {
         source: io::Error,
     },
     /// The file name ends in no extension that is known for this use.
-    #[error("{}: the extension '{found}' is not a mesh format to {verb}; did you mean '{nearest}'? Known are {known}", path.display())]
+    #[error("{}: {}; known are {known}", path.display(), unknown(found, verb, *nearest))]
     UnknownExtension {
         /// The file asked for.
         path: PathBuf,
@@ -32,8 +32,8 @@ pub enum MeshError {
         found: String,
         /// "read" or "write".
         verb: &'static str,
-        /// The known extension that resembles it most.
-        nearest: &'static str,
+        /// The known extension that resembles it most, if any does.
+        nearest: Option<&'static str>,
         /// All known extensions, for the eye.
         known: String,
     },
@@ -61,6 +61,14 @@ pub enum MeshError {
         /// What is wrong and what helps.
         problem: Problem,
     },
+}
+
+fn unknown(found: &str, verb: &str, nearest: Option<&str>) -> String {
+    match (found, nearest) {
+        ("", _) => "the name has no extension to tell the mesh format".to_owned(),
+        (_, None) => format!("the extension '{found}' is not a mesh format to {verb}"),
+        (_, Some(near)) => format!("the extension '{found}' is not a mesh format to {verb}, did you mean '{near}'"),
+    }
 }
 
 impl MeshError {
@@ -100,9 +108,7 @@ pub enum Problem {
         what: String,
     },
     /// A header promises more than the rest of the file can hold.
-    #[error(
-        "{count} {what} are announced, more than the rest of the file can hold; copy the file again or correct the count"
-    )]
+    #[error("{count} {what} are announced, more than the rest of the file holds; copy it again or correct the count")]
     TooMany {
         /// The number in the header.
         count: u64,
@@ -172,7 +178,7 @@ pub enum Problem {
         corners: usize,
     },
     /// More vertices than 32-bit indices can tell apart.
-    #[error("there are more than 4294967295 vertices; split the mesh")]
+    #[error("there are 4294967295 vertices or more; split the mesh")]
     TooLarge,
     /// Nothing to simulate in it.
     #[error("there are no {what} in it; export the mesh with them")]

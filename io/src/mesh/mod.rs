@@ -10,9 +10,9 @@
 //! | `.vtu` | tetrahedra | ascii, base64, appended; zlib or plain | appended raw |
 //! | `.vtk` | tetrahedra | legacy, ascii and binary | no |
 //!
-//! Surfaces and Gmsh, TetGen and VTK files are read by our own code. `tobj` gives single precision, no line numbers, and
-//! cuts a surface apart at its groups; `ply-rs-bw` refuses `nan` and `.5` with several lines of grammar; `stl_io` knows no
-//! lines; so they serve as independent readers in the tests. `mshio` lacks 2.2 and `vtkio` raw-appended data.
+//! All readers are our own, so that errors name line and element. Looked at: `tobj` gives single precision, no line
+//! numbers, and cuts a surface apart at its groups; `ply-rs-bw` answers `nan` and `.5` with several lines of grammar;
+//! `stl_io` knows no lines. These three read our files in the tests. `mshio` lacks 2.2, `vtkio` raw-appended data.
 //!
 //! Quads and larger polygons become fans. Tetrahedra come out with positive volume and without unused vertices.
 
@@ -136,12 +136,8 @@ fn known(path: &Path, verb: &'static str, among: &[&'static str]) -> Result<&'st
     if let Some(known) = among.iter().find(|e| **e == found) {
         return Ok(known);
     }
-    let mut nearest = among[0];
-    for candidate in &among[1..] {
-        if strsim::jaro_winkler(candidate, &found) > strsim::jaro_winkler(nearest, &found) {
-            nearest = candidate;
-        }
-    }
+    let like = |candidate: &str| strsim::jaro_winkler(candidate, &found);
+    let nearest = among.iter().copied().filter(|c| like(c) > 0.6).max_by(|a, b| like(a).total_cmp(&like(b)));
     let known = among.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(", ");
     Err(MeshError::UnknownExtension { path: path.to_owned(), found, verb, nearest, known })
 }

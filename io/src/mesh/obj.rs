@@ -42,12 +42,13 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriMesh, MeshError> {
                     let index = word.split(|&c| c == b'/').next().unwrap_or_default();
                     let given: i64 = number(index).ok_or_else(|| start.unexpected("a vertex number", word))?;
                     // Negative numbers count back from the newest vertex.
-                    let seen = out.mesh.vertices.len() as i64;
-                    corners.push(if given < 0 { given.saturating_add(seen + 1) } else { given });
-                    if given < 0 && corners.last().is_some_and(|&c| c < 1) {
+                    let newest = out.mesh.vertices.len() as i64;
+                    let corner = if given < 0 { given.saturating_add(newest + 1) } else { given };
+                    if corner < 1 {
                         let element = format!("face {}", faces.len() + 1);
                         return Err(start.fail(Problem::NoSuchVertex { element, vertex: given }));
                     }
+                    corners.push(corner);
                 }
                 faces.push((start.mark(), corners.len() - before));
             }

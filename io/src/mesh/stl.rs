@@ -1,5 +1,5 @@
-//! STL, binary and ascii: a soup of triangles. Corners at exactly the same place become one vertex; the stored normals are
-//! passed over, the order of the corners tells the outside.
+//! STL, binary and ascii: a soup of triangles. Corners at exactly the same place become one vertex; the stored normals
+//! are passed over, the order of the corners tells the outside.
 
 use super::build::{TriBuilder, vertex};
 use super::cursor::Cursor;
@@ -49,7 +49,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriMesh, MeshError> {
     if is_text(bytes) { ascii(&mut at) } else { binary(&mut at) }
 }
 
-/// Many binary files start with "solid" too: if the size fits the count, or bytes that no text has follow, it is binary.
+/// Many binary files start with "solid" too: if the size fits the count, or zero bytes follow, it is binary.
 fn is_text(bytes: &[u8]) -> bool {
     let exact = bytes.get(80..HEADER).is_some_and(|n| {
         let n = Scalar::U32.int(n, Endian::Little) as usize;
@@ -94,6 +94,7 @@ fn ascii(at: &mut Cursor) -> Result<TriMesh, MeshError> {
             b"endfacet" => soup.facet(at)?,
             b"endsolid" => open = false,
             b"solid" => open = true,
+            b"facet" | b"outer" if !soup.corner.is_empty() => return Err(at.unexpected("'endfacet'", line)),
             b"facet" | b"outer" | b"endloop" => {}
             _ => return Err(at.unexpected("'facet', 'vertex' or 'endsolid'", line)),
         }

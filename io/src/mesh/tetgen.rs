@@ -1,6 +1,8 @@
-//! TetGen's pair of text files: `.node` has the vertices, `.ele` the tetrahedra. Numbers start at 0 or 1 (or anywhere: they
-//! are looked up), `#` starts a comment, the vertices' attributes and boundary markers are passed over. The first attribute of the
-//! tetrahedra is their label, if it is a whole number for all of them. Of 10-node tetrahedra the corners are read.
+//! TetGen's pair of text files: `.node` has the vertices, `.ele` the tetrahedra.
+//!
+//! Numbers start at 0 or 1 (or anywhere: they are looked up), `#` starts a comment, attributes and boundary markers of
+//! vertices are passed over. The first attribute of the tetrahedra is their label, if it is a whole number for all of
+//! them. Of 10-node tetrahedra the corners are read.
 
 use super::LabelledTets;
 use super::build::TetBuilder;

@@ -1,10 +1,12 @@
-//! Legacy VTK files (`.vtk`) with an unstructured grid: text, or big-endian binary. `CELLS` come as lists with their lengths
-//! (up to version 4) or as offsets and connectivity (5.1). Only reading: VTK's own advice for writing is `.vtu`.
+//! Legacy VTK files (`.vtk`) with an unstructured grid: text, or big-endian binary.
+//!
+//! `CELLS` come as lists with their lengths (up to version 4) or as offsets and connectivity (5.1). Only reading:
+//! whoever reads these reads `.vtu` too.
 
 use super::LabelledTets;
 use super::build::TetBuilder;
 use super::cursor::{Cursor, number};
-use super::error::{MeshError, Problem};
+use super::error::{MeshError, Place, Problem};
 use super::scalar::{Endian, Scalar};
 use std::path::Path;
 
@@ -181,12 +183,12 @@ impl File<'_> {
         }
         let points = out.vertices() as i64;
         let cells = Cells { offsets, connectivity, types };
-        // The place of errors in cells: the end of the grid is as good as any in binary, in text the cell number tells.
-        let grid = self.at.clone();
+        // The cell's number tells more than the end of the grid, where the reader stands.
+        let whole = Cursor::decoded(self.at.path(), &[], None, Place::Whole);
         let labels = self.labels(cells.types.len())?;
         let mut kept = Vec::new();
-        cells.add(&grid, &mut out, [0, points], &labels, &mut kept, |c| format!("cell {c}"))?;
-        out.finish(&grid, kept)
+        cells.add(&whole, &mut out, [0, points], &labels, &mut kept, |c| format!("cell {c}"))?;
+        out.finish(&whole, kept)
     }
 
     /// Offsets and connectivity of either layout.

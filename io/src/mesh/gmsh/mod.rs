@@ -49,7 +49,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<LabelledTets, MeshError>
     while !reader.at.left().trim_ascii_start().is_empty() {
         let section = reader.at.word("a section")?;
         match (section, version) {
-            (b"$Nodes", Version::Two) => reader.nodes_2()?,
+            (b"$Nodes", Version::Two) => reader.nodes_2(false)?,
+            (b"$ParametricNodes", Version::Two) => reader.nodes_2(true)?,
             (b"$Nodes", Version::Four) => reader.nodes_4()?,
             (b"$Elements", _) if reader.out.vertices() == 0 => {
                 return Err(reader.at.unexpected("'$Nodes' with nodes before the elements", section));
@@ -82,19 +83,22 @@ enum Version {
 /// The section `$MeshFormat`: version, and the byte order if the file is binary.
 fn mesh_format(at: &mut Cursor) -> Result<(Version, Option<Endian>), MeshError> {
     let word = at.word("the first line")?;
-    if word != b"$MeshFormat" {
-        return Err(at.unexpected("'$MeshFormat' as the first line", word));
+    let unsupported = |at: &Cursor, version: &[u8]| {
+        at.fail(Problem::Unsupported {
+            what: format!("the .msh version '{}'", super::cursor::shorten(version)),
+            cure: "convert it with 'gmsh IN.msh -save -format msh41 -o OUT.msh'",
+        })
+    };
+    match word {
+        b"$MeshFormat" => {}
+        b"$NOD" => return Err(unsupported(at, b"1")),
+        _ => return Err(at.unexpected("'$MeshFormat' as the first line", word)),
     }
     let number = at.word("the format")?;
     let version = match number {
         b"2" | b"2.0" | b"2.1" | b"2.2" => Version::Two,
         b"4.1" => Version::Four,
-        _ => {
-            return Err(at.fail(Problem::Unsupported {
-                what: format!("the .msh version '{}'", super::cursor::shorten(number)),
-                cure: "convert it with 'gmsh IN.msh -save -format msh41 -o OUT.msh'",
-            }));
-        }
+        _ => return Err(unsupported(at, number)),
     };
     let binary = match at.word("the format")? {
         b"0" => false,

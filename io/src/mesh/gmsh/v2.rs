@@ -14,11 +14,19 @@ impl Reader<'_> {
         Ok(n)
     }
 
-    pub(super) fn nodes_2(&mut self) -> Result<(), MeshError> {
+    /// Nodes; `parametric` ones carry the dimension and tag of their entity and its 1 or 2 surface coordinates.
+    pub(super) fn nodes_2(&mut self, parametric: bool) -> Result<(), MeshError> {
         for _ in 0..self.head([8, 28], "nodes")? {
             let number = self.int("the nodes")?;
             let [x, y, z] = [(); 3].map(|()| self.at.real(Scalar::F64, "the nodes"));
             self.out.vertex(&self.at, number, [x?, y?, z?])?;
+            if parametric {
+                let dimension = self.int("the parameters of nodes")?;
+                let _entity = self.int("the parameters of nodes")?;
+                for _ in 0..if matches!(dimension, 1 | 2) { dimension } else { 0 } {
+                    self.at.real(Scalar::F64, "the parameters of nodes")?;
+                }
+            }
         }
         Ok(())
     }

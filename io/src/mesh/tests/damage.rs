@@ -108,3 +108,33 @@ fn absurd_counts_are_refused_at_once() {
     stl[80..84].fill(0xff);
     assert!(!check("stl", &stl));
 }
+
+/// A zlib stream of a few kilobytes that would unpack to megabytes is not unpacked: its announced size is wrong.
+#[test]
+fn packed_floods_stay_packed() {
+    use base64::Engine;
+    use base64::engine::general_purpose::STANDARD;
+    use std::io::Write;
+    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    encoder.write_all(&vec![0; 10_000_000]).unwrap();
+    let packed = encoder.finish().unwrap();
+    for announced in [10_000_000, 24, u32::MAX] {
+        let head: Vec<u8> = [1, announced, 0, packed.len() as u32].iter().flat_map(|n| n.to_le_bytes()).collect();
+        let data = STANDARD.encode(head) + &STANDARD.encode(&packed);
+        let file = format!(
+            "<VTKFile compressor=\"vtkZLibDataCompressor\"><UnstructuredGrid><Piece NumberOfPoints=\"1\" NumberOfCells=\"1\">\
+             <Points><DataArray type=\"Float64\" format=\"binary\">{data}</DataArray></Points></Piece></UnstructuredGrid></VTKFile>"
+        );
+        let message = parse("vtu", file.as_bytes()).unwrap_err().to_string();
+        let found = if announced == 24 { 25 } else { announced };
+        assert!(message.contains(&format!("has {found} values where 24")), "{message}");
+    }
+}
+
+/// XML nested a hundred thousand deep.
+#[test]
+fn deep_xml_is_survived() {
+    assert!(!check("vtu", "<a>".repeat(100_000).as_bytes()));
+    let closed = "<VTKFile>".repeat(100_000) + &"</VTKFile>".repeat(100_000);
+    assert!(!check("vtu", closed.as_bytes()));
+}

@@ -35,8 +35,8 @@ fn each_error_names_file_place_element_and_cure() {
     );
     assert_eq!(
         message("node", ele("900000 4 0\n1 1 2 3 4\n")),
-        "test.ele, line 1: 900000 tetrahedra are announced, more than the rest of the file can hold; copy the file again \
-         or correct the count"
+        "test.ele, line 1: 900000 tetrahedra are announced, more than the rest of the file holds; copy it again or \
+         correct the count"
     );
     assert_eq!(
         message("node", ele("2 4 0\n1 1 2 3 4\n")),
@@ -83,6 +83,11 @@ fn unknown_extensions_are_answered_with_the_nearest() {
     let message = read("mesh.objj").unwrap_err().to_string();
     assert!(message.contains("'objj'") && message.contains("did you mean 'obj'"), "{message}");
     assert!(message.contains(".node, .ele, .msh, .vtu, .vtk"), "{message}");
+    let message = read("folder.x/mesh").unwrap_err().to_string();
+    assert!(
+        message.starts_with("folder.x/mesh: the name has no extension to tell the mesh format; known"),
+        "{message}"
+    );
     let message = write("mesh.vtk", &Mesh::Solid(wedge())).unwrap_err().to_string();
     assert!(message.contains("did you mean 'vtu'"), "{message}");
     let message = write("mesh.ply", &Mesh::Solid(wedge())).unwrap_err().to_string();

@@ -154,6 +154,10 @@ fn gmsh_with_other_elements_quadratic_tetrahedra_sparse_numbers_and_parameters()
                 $Elements\n3\n1 15 2 0 1 1\n2 2 2 0 1 1 2 3\n3 4 3 0 6 1 1 2 3 4\n$EndElements\n";
     let read = solid("msh", text);
     assert_eq!((read.mesh.tets.len(), read.labels.len()), (1, 0));
+    // Nodes with the dimension and tag of their entity and its coordinates, as Gmsh saves them on request.
+    let parametric = text.replace("Nodes", "ParametricNodes").replace("1 0 0 0\n", "1 0 0 0 0 9\n");
+    let parametric = parametric.replace("2 1 0 0\n", "2 1 0 0 1 9 .5\n").replace("3 0 1 0\n", "3 0 1 0 2 9 .5 .5\n");
+    assert_eq!(solid("msh", parametric.replace("4 0 0 1\n", "4 0 0 1 3 9\n")), read);
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -394,6 +398,7 @@ fn shared_surfaces_are_closed() {
 fn shared_solids_agree_between_formats() {
     let mut before: Option<(String, usize, usize, f64)> = None;
     let mut compared = 0;
+    let mut worst = 0.0f64;
     for path in files("tet") {
         let Mesh::Solid(LabelledTets { mesh, .. }) = read(&path).unwrap() else { panic!("{path:?} is a surface") };
         let stem = path.file_name().unwrap().to_string_lossy().split('.').next().unwrap().to_owned();
@@ -402,12 +407,13 @@ fn shared_solids_agree_between_formats() {
             && *other == stem
         {
             assert_eq!((mesh.vertices.len(), mesh.tets.len()), (*vertices, *tets), "{path:?}");
-            // The largest difference measured is 0: the text files have the digits of the binary ones.
+            // The text files have 7 digits; the largest difference measured is 8.0e-8.
             assert!((volume / reference - 1.0).abs() < 1e-6, "{path:?}: {volume} {reference}");
             compared += 1;
+            worst = worst.max((volume / reference - 1.0).abs());
             continue;
         }
         before = Some((stem, mesh.vertices.len(), mesh.tets.len(), volume));
     }
-    println!("{compared} files compared");
+    println!("{compared} files compared, largest difference of volumes {worst:.1e}");
 }

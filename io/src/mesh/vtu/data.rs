@@ -57,7 +57,7 @@ impl Numbers<'_> {
             }
             Self::Binary { file, what, scalar, source, encoding, place } => {
                 let fail = |problem| MeshError::content(file.path, *place, problem);
-                let bytes = file.unpack(source, *encoding, what).map_err(fail)?;
+                let bytes = file.unpack(source, *encoding, what, n * scalar.size()).map_err(fail)?;
                 if bytes.len() != n * scalar.size() {
                     let found = (bytes.len() / scalar.size()) as u64;
                     return Err(fail(Problem::Length { what: what.clone(), expected: n as u64, found }));
@@ -93,7 +93,15 @@ fn prefix<'a>(source: &'a [u8], encoding: Encoding, need: usize) -> Option<Cow<'
 }
 
 impl File<'_> {
-    fn unpack<'s>(&self, source: &'s [u8], encoding: Encoding, what: &str) -> Result<Cow<'s, [u8]>, Problem> {
+    /// The bytes of an array; packed ones only if their announced size is the `expected` one, so that a small file
+    /// cannot unpack without end.
+    fn unpack<'s>(
+        &self,
+        source: &'s [u8],
+        encoding: Encoding,
+        what: &str,
+        expected: usize,
+    ) -> Result<Cow<'s, [u8]>, Problem> {
         let truncated = || Problem::Truncated { what: format!("the data of {what}") };
         let size = self.header.size();
         let get = |need: usize| prefix(source, encoding, need).ok_or_else(truncated);
@@ -111,6 +119,13 @@ impl File<'_> {
             return Ok(Cow::Borrowed(&[]));
         }
         let header = get(size * first.saturating_add(3))?;
+        let [block, short] = [number(&header, 1), number(&header, 2)].map(|n| n as u64);
+        let last = if short == 0 { block } else { short };
+        let announced = block.saturating_mul(first as u64 - 1).saturating_add(last);
+        if announced != expected as u64 {
+            let what = format!("{what} (in bytes)");
+            return Err(Problem::Length { what, expected: expected as u64, found: announced });
+        }
         let mut packed = Vec::with_capacity(first);
         let mut end = header.len();
         for k in 0..first {
@@ -122,9 +137,7 @@ impl File<'_> {
         let all = get(end)?;
         let mut out = Vec::new();
         for (k, range) in packed.into_iter().enumerate() {
-            let short = number(&header, 2);
-            let length = if k + 1 == first && short != 0 { short } else { number(&header, 1) };
-            let length = u64::try_from(length).map_err(|_| truncated())?;
+            let length = if k + 1 == first { last } else { block };
             let before = out.len();
             // One byte more than announced shows a block that is too long.
             let result = ZlibDecoder::new(&all[range]).take(length.saturating_add(1)).read_to_end(&mut out);

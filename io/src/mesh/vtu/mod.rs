@@ -1,7 +1,7 @@
 //! VTK's XML unstructured grid (`.vtu`).
 //!
-//! Numbers stand in the XML as text or base64, or after `<AppendedData` raw or in base64. Raw bytes are no XML, so the file is
-//! cut before that tag and what is left is closed by hand. Several pieces become one mesh; points that pieces
+//! Numbers stand in the XML as text or base64, or after `<AppendedData` raw or in base64. Raw bytes are no XML, so the
+//! file is cut before that tag and what is left is closed by hand. Several pieces become one mesh; points that pieces
 //! share stay apart, because a cut in the mesh looks the same.
 
 mod data;
