@@ -1,1 +1,67 @@
-//! (being written)
+//! The program `fissure` as a library: [`main_with`] gives a crate of your own the whole program with your laws in it.
+//!
+//! Errors are one sentence on standard error and exit code 2; an interrupted run exits with 130.
+
+mod args;
+mod error;
+mod folder;
+mod info;
+mod log;
+mod materials;
+mod mesh;
+mod progress;
+mod render;
+mod run;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use fissure_engine::Registry;
+
+use crate::args::{Args, Command};
+pub use crate::error::Error;
+pub use crate::folder::RunFolder;
+pub use crate::run::{Outcome, RunOptions, resume, run};
+
+/// The program: reads the command line, does what it says, answers with the exit code.
+///
+/// ```no_run
+/// fn main() -> std::process::ExitCode {
+///     fissure_cli::main_with(fissure_materials::registry()) // .bonds::<Mine, _>()
+/// }
+/// ```
+pub fn main_with(registry: Registry) -> ExitCode {
+    if let Some(lack) = missing_instructions() {
+        eprintln!("error: {lack}");
+        return ExitCode::from(2);
+    }
+    match dispatch(Args::parse().command, &registry) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
+    match command {
+        Command::Run { scene, out, run } => run::command(&scene, out, &run, registry),
+        Command::Resume { dir, run } => run::resume_command(&dir, &run, registry),
+        Command::Info { file } => info::command(&file, registry),
+        Command::Mesh(options) => mesh::command(&options),
+        Command::Materials { name } => materials::command(name.as_deref(), registry),
+        Command::Render(options) => render::command(&options),
+    }
+}
+
+/// What this processor lacks of what the program was built for.
+fn missing_instructions() -> Option<&'static str> {
+    #[cfg(all(target_arch = "x86_64", target_feature = "avx2"))]
+    if !std::arch::is_x86_feature_detected!("avx2") {
+        return Some(
+            "this program was built for processors with AVX2, which this one lacks; build it with RUSTFLAGS=\"-C target-cpu=x86-64\"",
+        );
+    }
+    None
+}

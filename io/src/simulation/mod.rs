@@ -18,8 +18,9 @@ use fissure_meshing::crack::CrackMesh;
 use fissure_meshing::skin::{Particles, Skin};
 use glam::DVec3;
 
+pub use build::Making;
 pub use error::SimulationError;
-pub use solid::{Solid, solid};
+pub use solid::{Solid, fill, solid};
 
 use crate::checkpoint::Columns;
 

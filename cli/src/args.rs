@@ -1,0 +1,106 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args as Group, Parser, Subcommand};
+
+/// Simulate solids which bend, yield, tear and shatter.
+#[derive(Parser)]
+#[command(name = "fissure", version, about, max_term_width = 100)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Run a scene: frames, checkpoints, a log and a picture of the last frame
+    #[command(after_help = "Examples:\n  fissure run scenes/vase.toml\n  \
+        fissure run scenes/bunny.toml --set body.bunny.mesh=my/bunny.ply --set body.bunny.tets=300000 --out runs/fine")]
+    Run {
+        /// The scene file (TOML)
+        scene: PathBuf,
+        /// The run folder to make [default: runs/ and the scene's name]
+        #[arg(long)]
+        out: Option<PathBuf>,
+        #[command(flatten)]
+        run: RunArgs,
+    },
+    /// Go on with an interrupted run, to the same bits as if it had not been interrupted
+    Resume {
+        /// The run folder
+        dir: PathBuf,
+        #[command(flatten)]
+        run: RunArgs,
+    },
+    /// Say what is in a scene, mesh, checkpoint, frame or run folder
+    Info {
+        /// The file or folder
+        file: PathBuf,
+    },
+    /// Make tetrahedra from a surface, or convert a mesh; reports the quality
+    #[command(after_help = "Examples:\n  fissure mesh bunny.ply bunny.msh --tets 100000\n  \
+        fissure mesh leaf.obj leaf.vtu --shell 0.02\n  fissure mesh solid.node solid.vtu")]
+    Mesh(MeshArgs),
+    /// List the materials, or explain one
+    Materials {
+        /// The material to explain
+        name: Option<String>,
+    },
+    /// Draw a frame of a run as PNG
+    Render(RenderArgs),
+}
+
+#[derive(Group, Clone, Default)]
+pub(crate) struct RunArgs {
+    /// Stop at this simulated time [s], with a checkpoint
+    #[arg(long, value_name = "SECONDS")]
+    pub until: Option<f64>,
+    /// Number of threads; the result has the same bits for any [default: all]
+    #[arg(long)]
+    pub threads: Option<usize>,
+    /// Change a key of the scene, e.g. body.vase.tets=300000
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Print nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+    /// Print one JSON object per event
+    #[arg(long, conflicts_with = "quiet")]
+    pub json: bool,
+}
+
+#[derive(Group)]
+pub(crate) struct MeshArgs {
+    /// The mesh to read: obj, ply, stl; node/ele, msh, vtu, vtk
+    pub input: PathBuf,
+    /// The mesh to write: node/ele, msh, vtu for tetrahedra; obj, ply, stl for surfaces
+    pub output: PathBuf,
+    /// Mean edge length of the tetrahedra [m]
+    #[arg(long, value_name = "METRES")]
+    pub size: Option<f64>,
+    /// Number of tetrahedra, about [default: 20000]
+    #[arg(long, conflicts_with = "size")]
+    pub tets: Option<u64>,
+    /// Turn the surface, open or closed, into a wall of this thickness [m]
+    #[arg(long, value_name = "METRES")]
+    pub shell: Option<f64>,
+    /// Which of many equally good irregular meshes
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+#[derive(Group)]
+pub(crate) struct RenderArgs {
+    /// The run folder
+    pub dir: PathBuf,
+    /// The frame [default: the last]
+    #[arg(long)]
+    pub frame: Option<u32>,
+    /// The picture to write [default: frame_NNNN.png in the run folder]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// What gives the colour
+    #[arg(long, value_parser = ["material", "damage", "speed", "piece"])]
+    pub color: Option<String>,
+}

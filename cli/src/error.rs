@@ -1,0 +1,57 @@
+//! What can go wrong: one sentence each.
+
+use std::path::PathBuf;
+
+use fissure_engine::StepError;
+use fissure_io::checkpoint::CheckpointError;
+use fissure_io::frames::FrameError;
+use fissure_io::mesh::MeshError;
+use fissure_io::picture::PictureError;
+use fissure_io::scene::SceneError;
+use fissure_io::simulation::SimulationError;
+use thiserror::Error;
+
+/// Why a command failed.
+#[derive(Debug, Error)]
+#[allow(missing_docs)] // the sentences say it
+pub enum Error {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    #[error("{error}; the last good state is in {}", dir.display())]
+    Step { error: StepError, dir: PathBuf },
+    #[error(
+        "{} holds another run; give another folder with --out, go on with `fissure resume {}`, or remove it",
+        .0.display(), .0.display()
+    )]
+    Occupied(PathBuf),
+    #[error("{} cannot be written: {source}; check that the folder exists, is yours to write and has room", path.display())]
+    Write { path: PathBuf, source: std::io::Error },
+    #[error("{} cannot be read: {source}", path.display())]
+    Read { path: PathBuf, source: std::io::Error },
+    #[error("{} is no run folder: it has no scene.toml; give the folder that `fissure run` made", .0.display())]
+    NoRun(PathBuf),
+    #[error("{0}")]
+    Usage(String),
+}
+
+impl Error {
+    pub(crate) fn write(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Write { path, source }
+    }
+
+    pub(crate) fn read(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::Read { path, source }
+    }
+}

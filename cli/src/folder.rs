@@ -1,0 +1,110 @@
+//! The run folder and what is where in it.
+//!
+//! ```text
+//! scene.toml               the scene with all overrides in it
+//! run.log                  what was said
+//! frozen.fis               what never changes: rest positions, bonds, meshes
+//! checkpoint_00001234.fis  the state at a step; the newest few are kept
+//! frames/frame_0000.ply    the surfaces
+//! last.png                 the last frame
+//! ```
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use fissure_io::checkpoint::Store;
+use fissure_io::frames::{FrameFolder, write_atomically};
+use fissure_io::scene::Scene;
+
+use crate::Error;
+
+/// A folder that holds one run.
+pub struct RunFolder {
+    dir: PathBuf,
+}
+
+impl RunFolder {
+    /// Makes the folder for a new run, and tries whether it can be written, before anything slow is done.
+    ///
+    /// # Errors
+    /// A folder that holds a run already, or cannot be written.
+    pub fn create(dir: &Path) -> Result<Self, Error> {
+        if occupied(dir) {
+            return Err(Error::Occupied(dir.into()));
+        }
+        fs::create_dir_all(dir).map_err(Error::write(dir))?;
+        let probe = dir.join(".probe.tmp");
+        fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(Error::write(dir))?;
+        Ok(Self { dir: dir.into() })
+    }
+
+    /// The folder of a run that was begun.
+    ///
+    /// # Errors
+    /// No run there.
+    pub fn open(dir: &Path) -> Result<Self, Error> {
+        if !dir.join("scene.toml").is_file() {
+            return Err(Error::NoRun(dir.into()));
+        }
+        Ok(Self { dir: dir.into() })
+    }
+
+    /// Where a scene runs if it is not said: `runs/NAME`, or `runs/NAME-2` and so on if that holds a run.
+    pub fn default_for(scene: &Path) -> PathBuf {
+        let name = scene.file_stem().map_or_else(|| "run".into(), |s| s.to_string_lossy().into_owned());
+        let numbered = (2..).map(|k| Path::new("runs").join(format!("{name}-{k}")));
+        let mut candidates = std::iter::once(Path::new("runs").join(&name)).chain(numbered);
+        candidates.find(|dir| !occupied(dir)).expect("some number is free")
+    }
+
+    /// Removes a folder that was made for a run that did not come about, unless something is in it.
+    pub(crate) fn give_up(self) {
+        // a folder with something in it is not removed, and that is meant
+        let _ = fs::remove_dir(&self.dir);
+    }
+
+    /// The folder.
+    pub fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// The scene as it runs.
+    pub fn scene(&self) -> PathBuf {
+        self.dir.join("scene.toml")
+    }
+
+    /// The log.
+    pub fn log(&self) -> PathBuf {
+        self.dir.join("run.log")
+    }
+
+    /// The picture of the last frame.
+    pub fn picture(&self) -> PathBuf {
+        self.dir.join("last.png")
+    }
+
+    /// The frames.
+    pub fn frames(&self) -> FrameFolder {
+        FrameFolder::new(self.dir.join("frames"))
+    }
+
+    /// The checkpoints.
+    ///
+    /// # Errors
+    /// A folder that cannot be read or written.
+    pub fn store(&self, keep: u32) -> Result<Store, Error> {
+        Ok(Store::create(&self.dir)?.keep(keep as usize))
+    }
+
+    /// Writes the scene into the folder.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub(crate) fn keep_scene(&self, scene: &Scene) -> Result<(), Error> {
+        write_atomically(&self.scene(), scene.text().as_bytes()).map_err(Error::write(self.scene()))
+    }
+}
+
+fn occupied(dir: &Path) -> bool {
+    ["scene.toml", "frozen.fis", "frames"].iter().any(|name| dir.join(name).exists())
+}

@@ -1,0 +1,42 @@
+//! `fissure materials`: what is registered, from its own declarations.
+
+use std::process::ExitCode;
+
+use fissure_engine::{Kind, Parameter, Registry};
+
+use crate::Error;
+
+pub(crate) fn command(name: Option<&str>, registry: &Registry) -> Result<ExitCode, Error> {
+    match name {
+        None => {
+            for entry in registry.entries() {
+                println!("{:<14} {}", entry.name, entry.summary);
+            }
+            println!("\n`fissure materials NAME` explains one and lists its parameters.");
+        }
+        Some(name) => {
+            let entry = registry.entry(name).map_err(|e| Error::Usage(e.to_string()))?;
+            println!("{}: {}\n\n[body.NAME.material]\nlaw = \"{}\"", entry.name, entry.summary, entry.name);
+            list(entry.parameters);
+            for criterion in entry.criteria.iter().filter(|c| !c.parameters.is_empty()) {
+                println!("\n{}\n[body.NAME.fracture]\ncriterion = \"{}\"", criterion.summary, criterion.name);
+                list(criterion.parameters);
+            }
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn list(parameters: &[Parameter]) {
+    for p in parameters {
+        let unit = if p.unit == "1" { String::new() } else { format!(" [{}]", p.unit) };
+        let kind = match p.kind {
+            Kind::Number(range) => format!("number{unit}, {range}, required"),
+            Kind::NumberOr(range, default) => format!("number{unit}, {range}, default {default}"),
+            Kind::OptionalNumber(range) => format!("number{unit}, {range}, optional"),
+            Kind::Word(words) => format!("one of {}; default {}", words.join(", "), words[0]),
+            Kind::Matrix => "3 or 9 numbers, default identity".into(),
+        };
+        println!("  {:<18} {kind}\n  {:<18} {}", p.name, "", p.about);
+    }
+}

@@ -1,0 +1,386 @@
+//! `fissure run` and `fissure resume`: the loop around the step.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use fissure_engine::{Phase, Registry};
+use fissure_io::checkpoint::{About, Store};
+use fissure_io::frames::Frame;
+use fissure_io::scene::Scene;
+use fissure_io::simulation::Simulation;
+use serde_json::json;
+
+use crate::args::RunArgs;
+use crate::log::Log;
+use crate::progress::Progress;
+use crate::render::{picture, view};
+use crate::{Error, RunFolder};
+
+/// Set by Ctrl-C.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// How to run, for callers from code.
+#[derive(Clone, Debug, Default)]
+pub struct RunOptions {
+    /// Stop at this simulated time [s].
+    pub until: Option<f64>,
+    /// Number of threads; all by default.
+    pub threads: Option<usize>,
+    /// Keys of the scene to change, `key=value`.
+    pub set: Vec<String>,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The scene's duration is done.
+    Finished,
+    /// Stopped on the way, with a checkpoint to go on from.
+    Stopped,
+}
+
+impl RunOptions {
+    fn quiet(&self) -> RunArgs {
+        RunArgs { until: self.until, threads: self.threads, set: self.set.clone(), quiet: true, json: false }
+    }
+}
+
+/// Runs the scene file `scene` into the folder `out`, without a word.
+///
+/// # Errors
+/// See [`Error`]. If the scene cannot be built, no folder is left.
+pub fn run(scene: &Path, out: &Path, options: &RunOptions, registry: &Registry) -> Result<Outcome, Error> {
+    in_threads(options.threads, || start(scene, out, &options.quiet(), registry))
+}
+
+/// Goes on with the run in the folder `dir`, without a word.
+///
+/// # Errors
+/// See [`Error`].
+pub fn resume(dir: &Path, options: &RunOptions, registry: &Registry) -> Result<Outcome, Error> {
+    in_threads(options.threads, || go_on(dir, &options.quiet(), registry))
+}
+
+pub(crate) fn command(
+    scene: &Path,
+    out: Option<PathBuf>,
+    options: &RunArgs,
+    registry: &Registry,
+) -> Result<ExitCode, Error> {
+    let out = out.unwrap_or_else(|| RunFolder::default_for(scene));
+    catch_interrupt();
+    let outcome = in_threads(options.threads, || start(scene, &out, options, registry))?;
+    Ok(exit_code(outcome))
+}
+
+pub(crate) fn resume_command(dir: &Path, options: &RunArgs, registry: &Registry) -> Result<ExitCode, Error> {
+    catch_interrupt();
+    let outcome = in_threads(options.threads, || go_on(dir, options, registry))?;
+    Ok(exit_code(outcome))
+}
+
+fn exit_code(outcome: Outcome) -> ExitCode {
+    match outcome {
+        Outcome::Stopped if INTERRUPTED.load(Ordering::Relaxed) => ExitCode::from(130),
+        _ => ExitCode::SUCCESS,
+    }
+}
+
+fn catch_interrupt() {
+    // a second handler in one process is refused; the first does the same
+    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
+}
+
+fn in_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T, Error> + Send) -> Result<T, Error> {
+    if threads == Some(0) {
+        return Err(Error::Usage("--threads must be 1 or more".into()));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
+    pool.map_err(|e| Error::Usage(format!("threads cannot be started: {e}; try --threads 1")))?.install(work)
+}
+
+fn start(path: &Path, out: &Path, options: &RunArgs, registry: &Registry) -> Result<Outcome, Error> {
+    let scene = Scene::load(path, &options.set)?;
+    scene.check(registry)?;
+    until(&scene, options)?;
+    let folder = RunFolder::create(out)?;
+    let mut notes = Vec::new();
+    let built = Simulation::build(&scene, registry, &mut |making| {
+        notes.extend(making.notes.iter().map(|n| format!("body {}: {n}", making.body)));
+        notes.push(format!(
+            "body {}: tetrahedra in {:.2} s, families in {:.2} s",
+            making.body,
+            making.meshing.as_secs_f64(),
+            making.families.as_secs_f64()
+        ));
+    });
+    let simulation = match built {
+        Ok(simulation) => simulation,
+        Err(error) => {
+            folder.give_up();
+            return Err(error.into());
+        }
+    };
+    folder.keep_scene(&scene)?;
+    let mut driver = Driver::new(folder, scene, simulation, options)?;
+    driver.introduce(&notes);
+    let about = driver.about();
+    driver.store.write_frozen(&mut driver.simulation, &about)?;
+    driver.frame()?;
+    driver.checkpoint()?;
+    driver.go()
+}
+
+fn go_on(dir: &Path, options: &RunArgs, registry: &Registry) -> Result<Outcome, Error> {
+    if !options.set.is_empty() {
+        return Err(Error::Usage(
+            "--set cannot change a run that was begun; start a new one with `fissure run`".into(),
+        ));
+    }
+    let folder = RunFolder::open(dir)?;
+    let scene = Scene::load(&folder.scene(), &[])?;
+    until(&scene, options)?;
+    let latest = folder.store(scene.output.keep)?.latest_complete()?;
+    let simulation = Simulation::restore(&scene, registry, &latest)?;
+    let skipped: Vec<String> = latest.skipped.iter().map(|e| format!("passed over: {e}")).collect();
+    let mut driver = Driver::new(folder, scene, simulation, options)?;
+    skipped.iter().for_each(|s| driver.log.say(s));
+    let (step, time) = (driver.simulation.world.step, driver.simulation.world.time);
+    if step >= driver.last {
+        driver.log.say(&format!("the run is finished: step {step}, time {time:.6} s"));
+        return Ok(Outcome::Finished);
+    }
+    driver.log.say(&format!("resumed at step {step}, time {time:.6} s"));
+    driver.go()
+}
+
+fn until(scene: &Scene, options: &RunArgs) -> Result<f64, Error> {
+    match options.until {
+        Some(t) if !(t > 0.0 && t.is_finite()) => Err(Error::Usage(format!("--until {t} must be above 0 [s]"))),
+        Some(t) => Ok(t.min(scene.duration)),
+        None => Ok(scene.duration),
+    }
+}
+
+/// A run in progress.
+struct Driver {
+    folder: RunFolder,
+    scene: Scene,
+    simulation: Simulation,
+    store: Store,
+    log: Log,
+    options: RunArgs,
+    /// Steps of the whole scene, of this call, between frames and between checkpoints.
+    last: u64,
+    stop: u64,
+    frame_steps: u64,
+    checkpoint_steps: u64,
+    spent: Spent,
+}
+
+/// Where the time went outside the world's phases.
+#[derive(Default)]
+struct Spent {
+    surface: Duration,
+    frames: Duration,
+    checkpoints: Duration,
+    picture: Duration,
+}
+
+impl Driver {
+    fn new(folder: RunFolder, scene: Scene, simulation: Simulation, options: &RunArgs) -> Result<Self, Error> {
+        let dt = simulation.world.dt;
+        let steps = |time: f64| ((time / dt).round() as u64).max(1);
+        let store = folder.store(scene.output.keep)?;
+        let log = Log::open(&folder.log(), options)?;
+        Ok(Self {
+            last: steps(scene.duration),
+            stop: steps(until(&scene, options)?),
+            frame_steps: steps(scene.output.frame_every),
+            checkpoint_steps: steps(scene.output.checkpoint_every),
+            folder,
+            scene,
+            simulation,
+            store,
+            log,
+            options: options.clone(),
+            spent: Spent::default(),
+        })
+    }
+
+    fn about(&self) -> About {
+        About {
+            step: self.simulation.world.step,
+            time: self.simulation.world.time,
+            scene: self.scene.text().into(),
+            program: format!("fissure {}", env!("CARGO_PKG_VERSION")),
+            notes: Vec::new(),
+        }
+    }
+
+    fn introduce(&mut self, notes: &[String]) {
+        let scene = &self.scene;
+        self.log.say(&format!("{} ({}), into {}", scene.title, scene.file(), self.folder.dir().display()));
+        notes.iter().for_each(|n| self.log.say(n));
+        for k in 0..self.simulation.world.bodies.len() {
+            let body = &self.simulation.world.bodies[k];
+            let told = &self.scene.bodies[k];
+            let bonds = body.material.bonds().map_or(0, |b| b.directed());
+            let formulation = told.law.given.iter().find(|g| g.key == "formulation");
+            let formulation = formulation.map_or(String::new(), |g| format!(", formulation {}", g.value));
+            let sentence = format!(
+                "body {}: {} particles, {bonds} directed bonds ({:.1} each), spacing {:.3e} m, horizon {:.3e} m; {}{formulation}, fracture {}",
+                body.name,
+                body.range.len(),
+                bonds as f64 / body.range.len().max(1) as f64,
+                body.spacing,
+                body.horizon,
+                told.law.name,
+                told.criterion.name
+            );
+            self.log.say(&sentence);
+        }
+        let dt = self.simulation.world.dt;
+        let how = if self.scene.dt.is_some() { "as given" } else { "from the stable step" };
+        self.log.say(&format!("{} steps of {dt:.3e} s ({how})", self.last));
+    }
+
+    /// Steps until the end, an interrupt or an error.
+    fn go(&mut self) -> Result<Outcome, Error> {
+        let start = Instant::now();
+        let first = self.simulation.world.step;
+        let bonds = self.simulation.world.bond_counts().0;
+        let mut progress = Progress::new(&self.options, first, self.stop, bonds);
+        while self.simulation.world.step < self.stop {
+            if INTERRUPTED.load(Ordering::Relaxed) {
+                break;
+            }
+            let before = (Instant::now(), self.simulation.world.profile.total());
+            if let Err(error) = self.simulation.step() {
+                progress.finish();
+                self.log.tell(&error.to_string(), &json!({ "event": "error", "text": error.to_string() }));
+                self.checkpoint()?;
+                return Err(Error::Step { error, dir: self.folder.dir().into() });
+            }
+            let phases = self.simulation.world.profile.total() - before.1;
+            self.spent.surface += before.0.elapsed().saturating_sub(phases);
+            let step = self.simulation.world.step;
+            progress.step(step, self.simulation.world.time);
+            if step.is_multiple_of(self.frame_steps) {
+                self.frame()?;
+            }
+            if step.is_multiple_of(self.checkpoint_steps) {
+                self.checkpoint()?;
+            }
+        }
+        progress.finish();
+        let step = self.simulation.world.step;
+        if !step.is_multiple_of(self.checkpoint_steps) {
+            self.checkpoint()?;
+        }
+        let outcome = if step >= self.last { Outcome::Finished } else { Outcome::Stopped };
+        if outcome == Outcome::Finished {
+            self.draw()?;
+        }
+        self.conclude(outcome, start.elapsed(), step - first);
+        Ok(outcome)
+    }
+
+    fn frame(&mut self) -> Result<(), Error> {
+        let start = Instant::now();
+        let number = (self.simulation.world.step / self.frame_steps) as u32;
+        let frame = self.simulation.frame(number);
+        self.spent.surface += start.elapsed();
+        let start = Instant::now();
+        self.folder.frames().write(&frame)?;
+        self.spent.frames += start.elapsed();
+        self.report(&frame);
+        Ok(())
+    }
+
+    fn report(&mut self, frame: &Frame) {
+        let world = &mut self.simulation.world;
+        let energies = world.energies();
+        let (bonds, broken) = world.bond_counts();
+        let pieces = frame.piece.iter().max().map_or(0, |p| p + 1);
+        let sentence = format!(
+            "frame {}: step {}, t = {:.6} s, kinetic {:.4e} J, elastic {:.4e} J, gravity {:.4e} J, {} of {} bonds broken, {pieces} fragments",
+            frame.number,
+            world.step,
+            world.time,
+            energies.kinetic,
+            energies.elastic,
+            energies.gravity,
+            broken / 2,
+            bonds / 2
+        );
+        let event = json!({
+            "event": "frame", "frame": frame.number, "step": world.step, "time": world.time,
+            "kinetic": energies.kinetic, "elastic": energies.elastic, "gravity": energies.gravity,
+            "bonds": bonds / 2, "broken": broken / 2, "fragments": pieces,
+        });
+        self.log.tell(&sentence, &event);
+    }
+
+    fn checkpoint(&mut self) -> Result<(), Error> {
+        let start = Instant::now();
+        let about = self.about();
+        self.store.write_live(&mut self.simulation, &about)?;
+        self.spent.checkpoints += start.elapsed();
+        Ok(())
+    }
+
+    /// The picture of the last frame.
+    fn draw(&mut self) -> Result<(), Error> {
+        let start = Instant::now();
+        let frames = self.folder.frames();
+        if let Some(&number) = frames.numbers()?.last() {
+            picture(&frames.read(number)?, &view(&self.scene), &self.folder.picture())?;
+        }
+        self.spent.picture = start.elapsed();
+        Ok(())
+    }
+
+    /// The closing lines.
+    fn conclude(&mut self, outcome: Outcome, wall: Duration, steps: u64) {
+        let world = &self.simulation.world;
+        let (bonds, broken) = world.bond_counts();
+        let pieces = self.simulation.fragments().1;
+        let dir = self.folder.dir().display().to_string();
+        let (seconds, n) = (wall.as_secs_f64(), steps.max(1) as f64);
+        let per_bond = world.profile.total().as_secs_f64() / n / bonds.max(1) as f64 * 1e9;
+        let how = match outcome {
+            Outcome::Finished => format!("finished at step {}, time {:.6} s", world.step, world.time),
+            Outcome::Stopped => {
+                format!("stopped at step {}, time {:.6} s; go on with `fissure resume {dir}`", world.step, world.time)
+            }
+        };
+        let mut parts: Vec<(String, Duration)> =
+            Phase::ALL.iter().map(|&p| (p.name().to_string(), world.profile.spent(p))).collect();
+        let spent = &self.spent;
+        parts.push(("surface".into(), spent.surface));
+        parts.push(("frames".into(), spent.frames));
+        parts.push(("checkpoints".into(), spent.checkpoints));
+        parts.push(("picture".into(), spent.picture));
+        let share = |d: Duration| 100.0 * d.as_secs_f64() / seconds.max(1e-9);
+        let shares: Vec<String> =
+            parts.iter().filter(|p| share(p.1) >= 0.05).map(|p| format!("{} {:.1} %", p.0, share(p.1))).collect();
+        let event = json!({
+            "event": "end", "outcome": format!("{outcome:?}").to_lowercase(), "step": world.step, "time": world.time,
+            "seconds": seconds, "ns_per_bond": per_bond, "bonds": bonds / 2, "broken": broken / 2, "fragments": pieces,
+            "spent": parts.iter().map(|p| (p.0.clone(), p.1.as_secs_f64().into())).collect::<serde_json::Map<_, _>>(),
+        });
+        let lines = [
+            how,
+            format!(
+                "{steps} steps in {seconds:.1} s, {:.3} ms a step, {per_bond:.2} ns per directed bond",
+                1e3 * seconds / n
+            ),
+            format!("time: {}", shares.join(", ")),
+            format!("{} of {} bonds broken, {pieces} fragments", broken / 2, bonds / 2),
+        ];
+        self.log.close(&lines.join("\n"), &event);
+    }
+}
