@@ -1,0 +1,235 @@
+//! A stable hash of what a scene means.
+//!
+//! Structures are taken apart without `..`, so a field cannot be added and forgotten here. Every variable part is
+//! preceded by its length or a tag, so no two scenes give the same bytes.
+
+use fissure_engine::Ground;
+use fissure_engine::params::Value;
+use glam::DVec3;
+use xxhash_rust::xxh3::Xxh3;
+
+use super::Scene;
+use super::model::*;
+
+pub(super) fn of(scene: &Scene) -> u64 {
+    let mut hash = Digest(Xxh3::new());
+    let Scene {
+        title,
+        duration,
+        gravity,
+        dt,
+        safety,
+        seed,
+        bodies,
+        anchors,
+        ground,
+        output,
+        file: _,
+        text: _,
+        tree: _,
+    } = scene;
+    hash.text("fissure scene 1");
+    hash.text(title);
+    hash.number(*duration);
+    hash.vector(*gravity);
+    hash.optional(*dt);
+    hash.number(*safety);
+    hash.whole(*seed);
+    hash.whole(bodies.len() as u64);
+    bodies.iter().for_each(|body| hash.body(body));
+    hash.whole(anchors.len() as u64);
+    anchors.iter().for_each(|anchor| hash.anchor(anchor));
+    hash.tag(u8::from(ground.is_some()));
+    if let Some(Ground { normal, height, restitution, friction }) = ground {
+        hash.vector(*normal);
+        hash.numbers(&[*height, *restitution, *friction]);
+    }
+    let Output { frame_every, checkpoint_every, keep, picture } = output;
+    hash.numbers(&[*frame_every, *checkpoint_every]);
+    hash.whole(u64::from(*keep));
+    hash.picture(picture);
+    hash.0.digest()
+}
+
+struct Digest(Xxh3);
+
+impl Digest {
+    fn tag(&mut self, tag: u8) {
+        self.0.update(&[tag]);
+    }
+
+    fn whole(&mut self, n: u64) {
+        self.0.update(&n.to_le_bytes());
+    }
+
+    fn number(&mut self, x: f64) {
+        self.whole((x + 0.0).to_bits()); // -0 + 0 is 0
+    }
+
+    fn numbers(&mut self, x: &[f64]) {
+        x.iter().for_each(|x| self.number(*x));
+    }
+
+    fn vector(&mut self, x: DVec3) {
+        self.numbers(&x.to_array());
+    }
+
+    fn text(&mut self, text: &str) {
+        self.whole(text.len() as u64);
+        self.0.update(text.as_bytes());
+    }
+
+    fn optional(&mut self, x: Option<f64>) {
+        self.tag(u8::from(x.is_some()));
+        self.numbers(x.as_slice());
+    }
+
+    fn optional_vector(&mut self, x: Option<[f64; 3]>) {
+        self.tag(u8::from(x.is_some()));
+        self.numbers(x.as_ref().map_or(&[], |x| x.as_slice()));
+    }
+
+    fn body(&mut self, body: &Body) {
+        let Body {
+            name,
+            source,
+            resolution,
+            shell,
+            placement,
+            density,
+            velocity,
+            spin,
+            horizon,
+            surface,
+            law,
+            criterion,
+            cuts,
+        } = body;
+        self.text(name);
+        match source {
+            Source::Mesh { path: _, written } => {
+                self.tag(0);
+                self.text(written);
+            }
+            Source::Shape(shape) => {
+                self.tag(1);
+                self.shape(shape);
+            }
+        }
+        match *resolution {
+            Resolution::Size(size) => {
+                self.tag(0);
+                self.number(size);
+            }
+            Resolution::Tets(tets) => {
+                self.tag(1);
+                self.whole(tets);
+            }
+        }
+        self.optional(*shell);
+        let Placement { scale, axis, degrees, translate } = placement;
+        self.numbers(&[*scale, *degrees]);
+        self.vector(if *degrees == 0.0 { DVec3::ZERO } else { *axis });
+        self.vector(*translate);
+        self.number(*density);
+        self.vector(*velocity);
+        self.vector(*spin);
+        let (tag, radius) = match *horizon {
+            Horizon::Length(length) => (0, length),
+            Horizon::Factor(factor) => (1, factor),
+        };
+        self.tag(tag);
+        self.number(radius);
+        self.tag(*surface as u8);
+        self.chosen(law);
+        self.chosen(criterion);
+        self.whole(cuts.len() as u64);
+        for cut in cuts {
+            let (tag, points) = match *cut {
+                Cut::Triangle(corners) => (0, corners),
+                Cut::Rectangle { corner, u, v } => (1, [corner, u, v]),
+            };
+            self.tag(tag);
+            points.iter().for_each(|x| self.vector(*x));
+        }
+    }
+
+    fn shape(&mut self, shape: &Shape) {
+        let (tag, lengths) = match *shape {
+            Shape::Box { size } => (0, size.to_array().to_vec()),
+            Shape::Beam { length, width } => (1, vec![length, width]),
+            Shape::Wall { width, height, thickness } => (2, vec![width, height, thickness]),
+            Shape::Sheet { width, height, thickness } => (3, vec![width, height, thickness]),
+            Shape::Ball { radius } => (4, vec![radius]),
+            Shape::Cylinder { radius, height } => (5, vec![radius, height]),
+            Shape::Revolution { ref profile, segments } => {
+                (6, profile.iter().flatten().copied().chain([f64::from(segments)]).collect())
+            }
+            Shape::Vase { height, wall } => (7, vec![height, wall]),
+        };
+        self.tag(tag);
+        self.whole(lengths.len() as u64);
+        self.numbers(&lengths);
+    }
+
+    /// Keys in alphabetical order: their order in the file means nothing.
+    fn chosen(&mut self, chosen: &Chosen) {
+        let Chosen { name, given } = chosen;
+        self.text(name);
+        self.whole(given.len() as u64);
+        let mut given: Vec<&Given> = given.iter().collect();
+        given.sort_by(|a, b| a.key.cmp(&b.key));
+        for Given { key, value, place: _ } in given {
+            self.text(key);
+            match value {
+                Value::Number(x) => {
+                    self.tag(0);
+                    self.number(*x);
+                }
+                Value::Word(word) => {
+                    self.tag(1);
+                    self.text(word);
+                }
+                Value::List(list) => {
+                    self.tag(2);
+                    self.whole(list.len() as u64);
+                    self.numbers(list);
+                }
+            }
+        }
+    }
+
+    fn anchor(&mut self, anchor: &Anchor) {
+        let Anchor { name, body, region, velocity, spin, centre, from, until } = anchor;
+        self.text(name);
+        self.whole(*body as u64);
+        match *region {
+            Region::Box { min, max } => {
+                self.tag(0);
+                self.vector(min);
+                self.vector(max);
+            }
+            Region::Ball { centre, radius } => {
+                self.tag(1);
+                self.vector(centre);
+                self.number(radius);
+            }
+            Region::All => self.tag(2),
+        }
+        self.vector(*velocity);
+        self.vector(*spin);
+        self.vector(*centre);
+        self.numbers(&[*from, *until]);
+    }
+
+    fn picture(&mut self, picture: &Picture) {
+        let Picture { width, height, camera, target, colouring, outside, inside } = picture;
+        self.whole(u64::from(*width));
+        self.whole(u64::from(*height));
+        self.optional_vector(camera.map(|x| x.to_array()));
+        self.optional_vector(target.map(|x| x.to_array()));
+        self.tag(*colouring as u8);
+        self.optional_vector(*outside);
+        self.optional_vector(*inside);
+    }
+}

@@ -1,0 +1,283 @@
+//! What a scene says, as plain data. SI units throughout; ranges are those of [`keys()`](super::keys()).
+
+use std::path::PathBuf;
+
+use fissure_engine::params::Value;
+use glam::{DQuat, DVec3};
+
+use super::error::Place;
+
+/// One solid, `[body.NAME]`.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// The NAME of its table.
+    pub name: String,
+    /// Where its geometry comes from.
+    pub source: Source,
+    /// How finely a surface is filled with tetrahedra; says nothing where the source has tetrahedra already.
+    pub resolution: Resolution,
+    /// Thickness [m] of the wall that the surface becomes; none for a solid.
+    pub shell: Option<f64>,
+    /// How the geometry is put into the world.
+    pub placement: Placement,
+    /// Density [kg/m³].
+    pub density: f64,
+    /// Velocity at the start [m/s].
+    pub velocity: DVec3,
+    /// Angular velocity at the start, about the centre of mass [rad/s].
+    pub spin: DVec3,
+    /// Radius of the families.
+    pub horizon: Horizon,
+    /// How the embedded surface follows the particles.
+    pub surface: SurfaceMode,
+    /// The constitutive law with the keys that the scene gives for it, checked by [`Scene::check`](super::Scene::check).
+    pub law: Chosen,
+    /// The fracture criterion likewise; `none` where the scene has no `[body.NAME.fracture]`.
+    pub criterion: Chosen,
+    /// Cuts that the body starts with, where it stands after `placement`.
+    pub cuts: Vec<Cut>,
+}
+
+/// Where the geometry of a body comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// A file with a surface or with tetrahedra.
+    Mesh {
+        /// The path to open: relative to the current folder or absolute.
+        path: PathBuf,
+        /// The path as the scene has it, relative to the scene file.
+        written: String,
+    },
+    /// A generated shape.
+    Shape(Shape),
+}
+
+/// A generated shape; lengths in m, above 0.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)] // the fields are documented in the table of keys
+pub enum Shape {
+    /// A box with edges along the axes.
+    Box { size: DVec3 },
+    /// A beam with a square cross-section.
+    Beam { length: f64, width: f64 },
+    /// A standing plate.
+    Wall { width: f64, height: f64, thickness: f64 },
+    /// A thin plate.
+    Sheet { width: f64, height: f64, thickness: f64 },
+    /// A ball.
+    Ball { radius: f64 },
+    /// A cylinder about the y axis.
+    Cylinder { radius: f64, height: f64 },
+    /// An outline of points [r, y] turned about the y axis.
+    Revolution { profile: Vec<[f64; 2]>, segments: u32 },
+    /// The vase of our own.
+    Vase { height: f64, wall: f64 },
+}
+
+/// How finely a surface is filled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Resolution {
+    /// Edge length wanted [m].
+    Size(f64),
+    /// Number of tetrahedra wanted.
+    Tets(u64),
+}
+
+/// Scale, then turn, then shift.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Factor about the origin, above 0.
+    pub scale: f64,
+    /// Axis of the turn through the origin, of any length but 0.
+    pub axis: DVec3,
+    /// Angle of the turn [°].
+    pub degrees: f64,
+    /// Shift [m].
+    pub translate: DVec3,
+}
+
+impl Placement {
+    /// The turn alone.
+    pub fn rotation(&self) -> DQuat {
+        match self.axis.try_normalize() {
+            Some(axis) if self.degrees != 0.0 => DQuat::from_axis_angle(axis, self.degrees.to_radians()),
+            _ => DQuat::IDENTITY,
+        }
+    }
+
+    /// Moves a point of the mesh into the world.
+    pub fn place(&self, x: DVec3) -> DVec3 {
+        self.rotation() * (x * self.scale) + self.translate
+    }
+}
+
+/// Radius of the families.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Horizon {
+    /// In metres.
+    Length(f64),
+    /// As a multiple of the mean edge length of the tetrahedra.
+    Factor(f64),
+}
+
+/// How the embedded surface follows the particles (Chen et al., Eqs. 20-22).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SurfaceMode {
+    /// Our smooth reading.
+    Smooth,
+    /// As the paper prints it.
+    AsWritten,
+}
+
+/// A law or criterion by name, with the keys that the scene gives for it.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// The name in the registry.
+    pub name: String,
+    /// Its own keys in the order of the file, finite but not otherwise checked.
+    pub given: Vec<Given>,
+}
+
+impl Chosen {
+    /// Keys and values as [`Registry::make`](fissure_engine::Registry::make) takes them.
+    pub fn values(&self) -> Vec<(String, Value)> {
+        self.given.iter().map(|g| (g.key.clone(), g.value.clone())).collect()
+    }
+}
+
+/// A key of a law or criterion.
+#[derive(Clone, Debug)]
+pub struct Given {
+    /// The key.
+    pub key: String,
+    /// Its value; a list of lists comes flattened, row after row.
+    pub value: Value,
+    /// Where it stands.
+    pub place: Place,
+}
+
+/// A cut that a body starts with, in world coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cut {
+    /// Three corners [m], not in one line.
+    Triangle([DVec3; 3]),
+    /// A parallelogram.
+    Rectangle {
+        /// One corner [m].
+        corner: DVec3,
+        /// Edge from the corner [m].
+        u: DVec3,
+        /// Other edge from the corner [m].
+        v: DVec3,
+    },
+}
+
+impl Cut {
+    /// The cut as one or two triangles [m].
+    pub fn triangles(&self) -> Vec<[DVec3; 3]> {
+        match *self {
+            Self::Triangle(corners) => vec![corners],
+            Self::Rectangle { corner, u, v } => {
+                vec![[corner, corner + u, corner + u + v], [corner, corner + u + v, corner + v]]
+            }
+        }
+    }
+}
+
+/// Particles that are held or moved, `[[anchor]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Anchor {
+    /// Name for messages and output.
+    pub name: String,
+    /// The body, as an index into the bodies of the scene.
+    pub body: usize,
+    /// Which of its particles, where it stands at the start.
+    pub region: Region,
+    /// Velocity of the motion [m/s].
+    pub velocity: DVec3,
+    /// Angular velocity of the motion [rad/s].
+    pub spin: DVec3,
+    /// Point about which it turns [m].
+    pub centre: DVec3,
+    /// Holds from this time [s].
+    pub from: f64,
+    /// Lets go at this time [s], above `from`; infinite for never.
+    pub until: f64,
+}
+
+/// A part of space in world coordinates [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Region {
+    /// From the lowest to the highest corner, both included.
+    Box {
+        /// Lowest corner.
+        min: DVec3,
+        /// Highest corner.
+        max: DVec3,
+    },
+    /// A ball, its surface included.
+    Ball {
+        /// Centre.
+        centre: DVec3,
+        /// Radius.
+        radius: f64,
+    },
+    /// Everything.
+    All,
+}
+
+impl Region {
+    /// Whether `x` lies in the region.
+    pub fn contains(&self, x: DVec3) -> bool {
+        match *self {
+            Self::Box { min, max } => x.cmpge(min).all() && x.cmple(max).all(),
+            Self::Ball { centre, radius } => x.distance(centre) <= radius,
+            Self::All => true,
+        }
+    }
+}
+
+/// What a run writes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// Simulated time from frame to frame [s].
+    pub frame_every: f64,
+    /// Simulated time from checkpoint to checkpoint [s].
+    pub checkpoint_every: f64,
+    /// How many of the newest checkpoints stay; 0 for all.
+    pub keep: u32,
+    /// The picture of the last frame.
+    pub picture: Picture,
+}
+
+/// The picture of the last frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Where the camera stands [m]; none to choose one that shows everything.
+    pub camera: Option<DVec3>,
+    /// Where the camera looks [m]; none for the middle of what is shown.
+    pub target: Option<DVec3>,
+    /// What the colours show.
+    pub colouring: Colouring,
+    /// Red, green, blue of the outer surface, 0 ..= 1; none for the picture's own.
+    pub outside: Option<[f64; 3]>,
+    /// Red, green, blue of crack faces, 0 ..= 1; none for the picture's own.
+    pub inside: Option<[f64; 3]>,
+}
+
+/// What the colours of a picture show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Colouring {
+    /// Outer surface and crack faces.
+    Material,
+    /// Share of broken bonds.
+    Damage,
+    /// Speed.
+    Speed,
+    /// Connected pieces.
+    Piece,
+}
