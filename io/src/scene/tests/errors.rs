@@ -134,7 +134,7 @@ fn contradictions() {
     assert_eq!(vase("size = 1\ntets = 5", 6), "both `size` and `tets` are given in [body.vase]; keep one of them");
     assert_eq!(
         vase("horizon_factor = 2\nhorizon = 1", 6),
-        "both `horizon` and `horizon_factor` are given in [body.vase]; keep one of them"
+        "both `horizon_factor` and `horizon` are given in [body.vase]; keep one of them"
     );
     assert_eq!(
         refused(&minimal("mesh = \"vase.ply\"", "shape = { kind = 'ball', radius = 1, height = 2 }"), 4),
@@ -142,8 +142,8 @@ fn contradictions() {
     );
     let tail = |lines: &str, line| refused(&format!("{MINIMAL}{lines}\n"), line);
     assert_eq!(
-        tail("[output]\nframe_every = 1\nframes_per_second = 5", 12),
-        "both `frames_per_second` and `frame_every` are given in [output]; keep one of them"
+        tail("[output]\nframe_every = 1\nframes_per_second = 5", 13),
+        "both `frame_every` and `frames_per_second` are given in [output]; keep one of them"
     );
     assert_eq!(
         tail("[[body.vase.cut]]\ntriangle = [[0,0,0],[1,1,1],[2,2,2]]", 11),
@@ -180,9 +180,17 @@ fn files_and_syntax() {
     let binary = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(binary.path(), [0xff, 0xfe, 0x00]).unwrap();
     assert!(matches!(Scene::load(binary.path(), &[]), Err(SceneError::NotReadable { .. })));
-    assert_eq!(refused(&minimal("2400", "2400 kg"), 5), "not valid TOML: x");
-    assert_eq!(refused(&minimal("mesh", "density = 1\nmesh"), 6), "not valid TOML: x");
-    assert_eq!(refused(&format!("{MINIMAL}[body.vase]\n"), 11), "not valid TOML: x");
+    assert_eq!(
+        refused(&minimal("2400", "2400 kg"), 5),
+        "this is not TOML: string values must be quoted, expected literal string, in `density = 2400 kg`"
+    );
+    assert_eq!(
+        refused(&minimal("[body.vase]", "[body.vase"), 3),
+        "this is not TOML: unclosed table, expected `]`, in `[body.vase`"
+    );
+    assert_eq!(refused(&minimal("mesh", "density = 1\nmesh"), 6), "the key `density` is given twice; keep one of them");
+    let twice = "is given twice; keep one of them, or give the second its own name";
+    assert_eq!(refused(&format!("{MINIMAL}[body.vase]\n"), 11), format!("[body.vase] {twice}"));
     assert!(matches!(parse("duration = "), Err(SceneError::Syntax { .. })));
 }
 
@@ -201,14 +209,16 @@ fn what_a_registry_says_gets_file_and_line() {
     assert!(fracture("critical_stretch = -1").starts_with("scenes/x.toml:12: `critical_stretch` = -1 must be above 0"));
     let scene = with(FULL, &["body.a.material.x=5"]).unwrap();
     let line = |body, table, key| scene.locate(body, table, key).to_string();
-    assert_eq!(line("second", "", "density"), "scenes/x.toml:16");
-    assert_eq!(line("second", "", "no"), "scenes/x.toml:9");
-    assert_eq!(line("second", "material", "bulk_modulus"), "scenes/x.toml:23");
-    assert_eq!(line("second", "material", "no"), "scenes/x.toml:21");
-    assert_eq!(line("second", "shape", "kind"), "scenes/x.toml:10");
-    assert_eq!(line("a", "fracture", "criterion"), "scenes/x.toml:37");
+    let at = |start: &str| format!("scenes/x.toml:{}", line_of(start));
+    assert_eq!(line("second", "", "density"), at("density = 1000.0"));
+    assert_eq!(line("second", "", "no"), at("[body.second]"));
+    assert_eq!(line("second", "material", "bulk_modulus"), at("bulk_modulus"));
+    assert_eq!(line("second", "material", "no"), at("[body.second.material]"));
+    assert_eq!(line("second", "shape", "kind"), at("shape"));
+    assert_eq!(line("a", "fracture", "criterion"), at("[body.a]"));
     assert_eq!(line("a", "material", "x"), "--set body.a.material.x=5");
     assert!(scene.gives("second", "", "size") && !scene.gives("second", "", "tets"));
     let error = ParamError::new("critical_stretch", "is odd".into());
-    assert_eq!(scene.blame("second", &error).to_string(), "scenes/x.toml:29: is odd in [body.second.fracture]");
+    let place = at("critical_stretch");
+    assert_eq!(scene.blame("second", &error).to_string(), format!("{place}: is odd in [body.second.fracture]"));
 }
