@@ -33,7 +33,7 @@ impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Line { file, line } => write!(f, "{file}:{line}"),
-            Self::Set(given) => write!(f, "--set {given}"),
+            Self::Set(given) => write!(f, "--set {}", one_line(given)),
         }
     }
 }
@@ -50,7 +50,7 @@ pub enum SceneError {
         source: std::io::Error,
     },
     /// The text is not TOML.
-    #[error("{place}: not valid TOML: {message}")]
+    #[error("{place}: {message}")]
     Syntax {
         /// Where.
         place: Place,
@@ -69,6 +69,11 @@ pub enum SceneError {
 
 impl SceneError {
     pub(super) fn wrong(place: &Place, message: String) -> Self {
-        Self::Wrong { place: place.clone(), message }
+        Self::Wrong { place: place.clone(), message: one_line(&message) }
     }
+}
+
+/// Keys and values may hold line breaks; messages do not.
+pub(super) fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -60,9 +60,10 @@ fn resolve(path: &[String], old: &Item) -> Result<bool, String> {
         let inner = item.and_then(|item| item.child(part));
         let kind = keys::keys().iter().find(|key| key.path == documented).map(|key| key.kind);
         let child = if documented == "body" {
-            let bodies = item.and_then(Item::as_table).map(|t| t.0.iter().map(|(name, _)| name.as_str()).collect());
             if inner.is_none() {
-                return Err(format!("no body is called `{part}`{}", hint(part, &bodies.unwrap_or_else(Vec::new))));
+                let table = item.and_then(Item::as_table);
+                let bodies: Vec<&str> = table.iter().flat_map(|t| &t.0).map(|(name, _)| name.as_str()).collect();
+                return Err(format!("no body is called `{part}`{}", hint(part, &bodies)));
             }
             "NAME"
         } else if kind == Some(KeyKind::Tables) {

@@ -54,10 +54,6 @@ impl<'a> Reader<'a> {
         self.table.0.iter().map(|(name, item)| (name.as_str(), item))
     }
 
-    pub fn has(&self, name: &str) -> bool {
-        self.table.get(name).is_some()
-    }
-
     /// Where `name` stands, or the table if it is not there.
     pub fn place_of(&self, name: &str) -> &'a Place {
         self.table.get(name).map_or(self.place, |item| &item.place)
@@ -104,13 +100,13 @@ impl<'a> Reader<'a> {
         let Some(item) = self.table.get(name) else { return Ok(Vec::new()) };
         let Node::List(list) = &item.node else { return Err(self.unfit(item, key)) };
         let outer = self.inner_title(name);
-        let open = |(k, item)| Self::open(item, &format!("{}.N", key.path), format!("[{outer}] {}", k + 1));
+        let open = |(k, item)| Self::open(item, &format!("{}.N", key.path), format!("[[{outer}]] {}", k + 1));
         list.iter().enumerate().map(open).collect()
     }
 
-    /// Which one of `names` is given; none is `None`.
-    pub fn one_of(&self, names: &[&'static str]) -> Result<Option<&'static str>, SceneError> {
-        let mut given = names.iter().copied().filter(|name| self.has(name));
+    /// Which one of `names` is given; none is `None`. The later one of two is to blame.
+    pub fn one_of(&self, names: &[&str]) -> Result<Option<&'a str>, SceneError> {
+        let mut given = self.entries().map(|(name, _)| name).filter(|name| names.contains(name));
         match (given.next(), given.next()) {
             (Some(first), Some(second)) => {
                 let message = format!("both `{first}` and `{second}` are given in {}; keep one of them", self.title);
@@ -121,7 +117,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Exactly one of `names`.
-    pub fn exactly_one_of(&self, names: &[&'static str]) -> Result<&'static str, SceneError> {
+    pub fn exactly_one_of(&self, names: &[&str]) -> Result<&'a str, SceneError> {
         self.one_of(names)?.ok_or_else(|| {
             let message = format!("{} needs exactly one of `{}`", self.title, names.join("`, `"));
             SceneError::wrong(self.place, message)
@@ -130,10 +126,7 @@ impl<'a> Reader<'a> {
 
     /// The dotted name of a table below this one.
     fn inner_title(&self, name: &str) -> String {
-        match self.title.strip_prefix('[') {
-            Some(title) => format!("{}.{name}", title.replacen(']', "", 1)),
-            None => name.into(),
-        }
+        if self.path.is_empty() { name.into() } else { format!("{}.{name}", self.title.replace(['[', ']'], "")) }
     }
 
     fn key(&self, name: &str) -> &'static Key {

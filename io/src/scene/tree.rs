@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use toml_edit::{Document, Item as TomlItem, TableLike, Value as TomlValue};
 
-use super::error::{Place, SceneError};
+use super::error::{Place, SceneError, one_line};
 
 /// A value and where it stands.
 #[derive(Clone, Debug)]
@@ -138,7 +138,7 @@ pub(super) fn parse(text: &str, file: &Arc<str>) -> Result<Item, SceneError> {
     let top = Place::Line { file: file.clone(), line: 1 };
     let document = Document::parse(text).map_err(|error| SceneError::Syntax {
         place: lines.place(error.span()).unwrap_or_else(|| top.clone()),
-        message: sentence(error.message()),
+        message: sentence(text, &error),
     })?;
     Ok(Item { node: Node::Table(table(document.as_table(), &top, &lines)), place: top })
 }
@@ -151,9 +151,21 @@ pub(super) fn value_at(text: &str, place: &Place) -> Option<Item> {
     Some(item)
 }
 
-/// The parser's message on one line.
-fn sentence(message: &str) -> String {
-    message.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
+/// What the parser says, on one line, with the text that it says it about.
+fn sentence(text: &str, error: &toml_edit::TomlError) -> String {
+    let start = error.span().map_or(0, |span| span.start);
+    let before = text.get(..start).unwrap_or("").rfind('\n').map_or(0, |end| end + 1);
+    let line = text.get(before..).and_then(|rest| rest.lines().next()).unwrap_or("").trim();
+    let message = error.message().lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ");
+    match error.span().and_then(|span| text.get(span)) {
+        Some(key) if message == "duplicate key" && !line.starts_with('[') => {
+            format!("the key `{}` is given twice; keep one of them", one_line(key))
+        }
+        Some(_) if message == "duplicate key" => {
+            format!("{} is given twice; keep one of them, or give the second its own name", one_line(line))
+        }
+        _ => format!("this is not TOML: {message}, in `{}`", one_line(line)),
+    }
 }
 
 fn table(from: &dyn TableLike, outer: &Place, lines: &Lines) -> Table {
