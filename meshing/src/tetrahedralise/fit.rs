@@ -19,9 +19,10 @@ impl Body<'_> {
     /// Moves boundary vertices onto the surface, turns boundary edges that cut through it, and pulls the boundary to
     /// points of the surface that it misses.
     pub fn fit(&mut self, seed: u64) {
-        let samples = self.solid.samples(0.25 * self.size);
+        let samples: Vec<DVec3> = self.solid.samples(0.25 * self.size).into_iter().map(|s| s.0).collect();
         let mut last = usize::MAX;
         for round in 0..ROUNDS {
+            self.floor = if round < 4 { 11.0 } else { 5.0 };
             self.home();
             let turned = self.turn_chords(seed ^ round);
             let pulled = self.reach_out(&samples, seed ^ round);
@@ -67,7 +68,7 @@ impl Body<'_> {
         let middle = (self.mesh.points[a as usize] + self.mesh.points[b as usize]) / 2.0;
         let goal = self.solid.project(middle);
         for part in [1.0, 0.6, 0.3] {
-            if self.mesh.split(a, b, middle.lerp(goal, part), angle_score(11.0)).is_some() {
+            if self.mesh.split(a, b, middle.lerp(goal, part), angle_score(self.floor)).is_some() {
                 self.dim.push(2);
                 return true;
             }
@@ -85,7 +86,7 @@ impl Body<'_> {
         if self.solid.signed_distance(self.mesh.points[v as usize], self.size) > 0.0 {
             return false;
         }
-        let best = [[v, a, b, c], [v, a, c, b]].into_iter().find(|&t| self.mesh.score(t) > angle_score(11.0));
+        let best = [[v, a, b, c], [v, a, c, b]].into_iter().find(|&t| self.mesh.score(t) > angle_score(self.floor));
         if let Some(tet) = best {
             self.mesh.replace(&[], &[tet]);
             self.dim[v as usize] = 3;
@@ -100,7 +101,7 @@ impl Body<'_> {
         if self.off((pc + pd) / 2.0) > 0.7 * error {
             return false;
         }
-        let floor = angle_score(11.0);
+        let floor = angle_score(self.floor);
         if ring.tets.len() == 1 {
             // both triangles belong to one tetrahedron: without it the other two faces show
             let inside = self.mesh.across(ring.tets[0], [a, c, d]).is_some() && self.mesh.across(ring.tets[0], [b, c, d]).is_some();
@@ -210,7 +211,7 @@ impl Body<'_> {
             if pa.lerp(pb, t).distance(goal) > 0.6 * self.size {
                 continue;
             }
-            if self.mesh.split(a, b, goal, angle_score(11.0)).is_some() {
+            if self.mesh.split(a, b, goal, angle_score(self.floor)).is_some() {
                 self.dim.push(dim);
                 return true;
             }
@@ -222,7 +223,7 @@ impl Body<'_> {
     fn grow(&mut self, face: [u32; 3], goal: DVec3, dim: u8) -> bool {
         let [a, b, c] = face.map(|v| self.mesh.points[v as usize]);
         let lost = self.mesh.star(face[0]).iter().all(|&t| !face.iter().all(|v| self.mesh.tets[t as usize].contains(v)));
-        if lost || score(a, b, c, goal) < angle_score(11.0) {
+        if lost || score(a, b, c, goal) < angle_score(self.floor) {
             return false;
         }
         let v = self.mesh.add_point(goal);
@@ -235,7 +236,7 @@ impl Body<'_> {
     /// don't recover.
     fn drag(&mut self, v: u32, goal: DVec3, dim: u8, seed: u64) -> bool {
         let start = self.mesh.points[v as usize];
-        let floor = angle_score(11.0);
+        let floor = angle_score(self.floor);
         if worst_from(goal, &self.mesh.view(v), floor) <= floor {
             let around = self.mesh.neighbours(v);
             let old: Vec<DVec3> = around.iter().map(|&w| self.mesh.points[w as usize]).collect();

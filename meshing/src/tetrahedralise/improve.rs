@@ -25,6 +25,8 @@ pub struct Body<'a> {
     pub size: f64,
     /// How far surface vertices may leave the surface for the sake of angles, in element sizes.
     pub slack: f64,
+    /// Changes for the sake of the surface leave angles of at least this [degrees].
+    pub floor: f64,
 }
 
 impl Body<'_> {

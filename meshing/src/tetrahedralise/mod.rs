@@ -11,6 +11,7 @@ mod manifold;
 mod smooth;
 mod solid;
 mod stuff;
+mod thin;
 mod tile;
 
 #[cfg(test)]
@@ -143,7 +144,7 @@ pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), M
         return Err(MeshError::TooFine { size, tets, advice: (volume / (TET_VOLUME * 1e6)).cbrt() });
     }
     let filled = stuff::fill(solid, &tile, edge);
-    let mut body = Body { mesh: filled.mesh, dim: filled.dim, solid, size, slack: 0.0 };
+    let mut body = Body { mesh: filled.mesh, dim: filled.dim, solid, size, slack: 0.0, floor: 11.0 };
     let clock = std::time::Instant::now();
     let lap = |what: &str| if std::env::var("DBG").is_ok() { println!("   {what} {:.2}", clock.elapsed().as_secs_f64()) };
     body.settle();

@@ -7,6 +7,7 @@
 
 use super::complex::{Complex, angle_score, worst_from};
 use super::solid::Solid;
+use super::thin::occupy;
 use super::tile::Tile;
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
@@ -36,7 +37,8 @@ pub fn background_points(solid: &dyn Solid, tile: &Tile, edge: f64) -> f64 {
 pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64) -> Filled {
     let (mut mesh, mut phi) = background(solid, tile, edge);
     let mut dim = vec![3u8; mesh.points.len()];
-    pull(solid, &mut mesh, &mut phi, &mut dim, edge);
+    let locked = occupy(solid, &mut mesh, &mut phi, edge);
+    pull(solid, &mut mesh, &mut phi, &mut dim, &locked, edge);
     cut(solid, mesh, phi, dim, edge)
 }
 
@@ -111,9 +113,9 @@ fn background(solid: &dyn Solid, tile: &Tile, edge: f64) -> (Complex, Vec<f64>) 
 }
 
 /// Moves vertices onto corners, sharp edges and the surface where the angles around them allow it.
-fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], edge: f64) {
+fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], locked: &[bool], edge: f64) {
     let features = solid.features();
-    let near: Vec<u32> = (0..phi.len() as u32).filter(|&v| phi[v as usize].abs() < 1.2 * edge).collect();
+    let near: Vec<u32> = (0..phi.len() as u32).filter(|&v| phi[v as usize].abs() < 1.2 * edge && !locked[v as usize]).collect();
     let guarded = |mesh: &mut Complex, v: u32, to: DVec3, floor: f64| {
         let allowed = worst_from(to, &mesh.view(v), angle_score(floor)) > angle_score(floor);
         if allowed {

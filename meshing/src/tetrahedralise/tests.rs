@@ -11,8 +11,15 @@ fn show(name: &str, surface: &TriMesh, size: f64) -> (TetMesh, Report) {
         r.tets, r.min_dihedral, r.max_dihedral, r.mean_edge / size, r.volume_ratio.unwrap_or(0.0), r.surface_to_mesh.sizes,
         r.mesh_to_surface.sizes, 100.0 * r.cubic, start.elapsed().as_secs_f64(),
     );
-    println!("    s->m at {:.3} m->s at {:.3}; {:?}", r.surface_to_mesh.at, r.mesh_to_surface.at, boundary_flaws(&mesh));
+    println!("    s->m at {:.3} m->s at {:.3}; {:?} euler {} of {}", r.surface_to_mesh.at, r.mesh_to_surface.at, boundary_flaws(&mesh), euler(&crate::quality::boundary(&mesh)), euler(&surface.triangles));
     (mesh, r)
+}
+
+fn euler(triangles: &[[u32; 3]]) -> i64 {
+    let mut v: Vec<u32> = triangles.iter().flatten().copied().collect();
+    v.sort_unstable();
+    v.dedup();
+    v.len() as i64 - triangles.len() as i64 / 2
 }
 
 /// Boundary edges that don't have two triangles, and boundary vertices whose triangles don't form one fan.
