@@ -148,12 +148,13 @@ pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), M
     let clock = std::time::Instant::now();
     let lap = |what: &str| if std::env::var("DBG").is_ok() { println!("   {what} {:.2}", clock.elapsed().as_secs_f64()) };
     body.settle();
+    euler(&body, "cut");
     body.unpinch();
-    lap("unpinch");
+    lap("unpinch");euler(&body, "unpinch");
     body.improve(AIM, 8, options.seed);
-    lap("improve");
+    lap("improve");euler(&body, "improve");
     body.fit(options.seed);
-    lap("fit");
+    lap("fit");euler(&body, "fit");
     body.unpinch();
     body.improve(AIM, 8, options.seed ^ 1);
     body.slack = 0.15;
@@ -229,3 +230,12 @@ fn check(surface: &TriMesh, options: &Options) -> Result<(), MeshError> {
 
 #[cfg(test)]
 mod tests;
+
+fn euler(body: &Body, what: &str) {
+    if std::env::var("DBG").is_err() { return; }
+    let f = body.mesh.boundary();
+    let mut v: Vec<u32> = f.iter().flat_map(|f| f.0).collect();
+    v.sort_unstable();
+    v.dedup();
+    println!("   {what} euler {}", v.len() as i64 - f.len() as i64 / 2);
+}

@@ -7,7 +7,7 @@
 
 use super::complex::{Complex, angle_score, worst_from};
 use super::solid::Solid;
-use super::thin::occupy;
+use super::thin;
 use super::tile::Tile;
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
@@ -35,15 +35,18 @@ pub fn background_points(solid: &dyn Solid, tile: &Tile, edge: f64) -> f64 {
 
 /// Fills the solid with tetrahedra whose mean background edge is `edge` [m].
 pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64) -> Filled {
-    let (mut mesh, mut phi) = background(solid, tile, edge);
+    let walls = thin::walls(solid, edge);
+    // walls may need vertices that are outside for now
+    let margin = if walls.is_empty() { 0.0 } else { 1.1 * edge };
+    let (mut mesh, mut phi) = background(solid, tile, edge, margin);
     let mut dim = vec![3u8; mesh.points.len()];
-    let locked = occupy(solid, &mut mesh, &mut phi, edge);
+    let locked = thin::occupy(&walls, &mut mesh, &mut phi, edge);
     pull(solid, &mut mesh, &mut phi, &mut dim, &locked, edge);
     cut(solid, mesh, phi, dim, edge)
 }
 
-/// Background tetrahedra with at least one vertex inside, and the signed distance at the vertices.
-fn background(solid: &dyn Solid, tile: &Tile, edge: f64) -> (Complex, Vec<f64>) {
+/// Background tetrahedra with at least one vertex inside or less than `margin` outside, and the signed distance at the vertices.
+fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64) -> (Complex, Vec<f64>) {
     let (lo, hi) = solid.bounds();
     let side = tile.side * edge;
     let blocks = ((hi - lo) / side).ceil().as_ivec3() + 2;
@@ -91,7 +94,7 @@ fn background(solid: &dyn Solid, tile: &Tile, edge: f64) -> (Complex, Vec<f64>) 
         for tet in &shifts {
             let place = tet.map(|(s, v)| ((at + s).clamp(IVec3::ZERO, blocks - 1), v));
             let value = |(b, v): (IVec3, u32)| values[number(b)].as_ref().map_or(2.0 * reach, |x| x[v as usize]);
-            if place.iter().all(|&p| value(p) >= 0.0) || tet.iter().zip(&place).any(|(t, p)| at + t.0 != p.0) {
+            if place.iter().all(|&p| value(p) >= margin) || tet.iter().zip(&place).any(|(t, p)| at + t.0 != p.0) {
                 continue;
             }
             tets.push(place.map(|(b, v)| {
@@ -191,6 +194,10 @@ fn cut(solid: &dyn Solid, mesh: Complex, phi: Vec<f64>, mut dim: Vec<u8>, edge: 
     points.extend(roots);
     dim.resize(points.len(), 2);
     let mut tets = Vec::with_capacity(mesh.tets.len());
+    let flat = |tet: [u32; 4]| {
+        let middle = tet.iter().map(|&v| mesh.points[v as usize]).sum::<DVec3>() / 4.0;
+        solid.signed_distance(middle, edge) > -0.05 * edge || mesh.score(tet) < angle_score(8.0)
+    };
     let on = |i: u32, o: u32| number[&[i, o]];
     for t in mesh.living() {
         let tet = mesh.tets[t as usize];
@@ -198,6 +205,8 @@ fn cut(solid: &dyn Solid, mesh: Complex, phi: Vec<f64>, mut dim: Vec<u8>, edge: 
         let (mut inner, zero, out) = (part(|x| x < 0.0), part(|x| x == 0.0), part(|x| x > 0.0));
         inner.sort_unstable_by_key(|&v| mix(v));
         match (&inner[..], &zero[..], &out[..]) {
+            // all on the surface: inside where a wall is one tetrahedron thick
+            ([], _, []) if !flat(tet) => tets.push(tet),
             ([], ..) => {}
             (_, _, []) => tets.push(tet),
             (&[a], _, _) => {

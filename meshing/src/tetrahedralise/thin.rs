@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Walls thinner than twice this many edges get vertices in the middle.
-const THIN: f64 = 0.55;
+const THIN: f64 = 0.9;
 /// Walls thinner than twice this many edges can't be kept with good angles.
 pub const LOST: f64 = 0.12;
 /// One middle vertex serves the wall this far around it, in edges.
@@ -26,9 +26,10 @@ pub struct Middle {
     pub radius: f64,
 }
 
-/// Middles of walls thinner than `2 · limit`, found from surface points `spacing` apart [m].
-pub fn middles(solid: &dyn Solid, limit: f64, spacing: f64) -> Vec<Middle> {
-    solid.samples(spacing).into_par_iter().filter_map(|(p, n)| middle(solid, p, n, limit)).collect()
+/// Middles of walls that are thin for background edges of length `edge` [m], but not hopelessly so.
+pub fn walls(solid: &dyn Solid, edge: f64) -> Vec<Middle> {
+    let found = |(p, n)| middle(solid, p, n, THIN * edge).filter(|w| w.radius > LOST * edge);
+    solid.samples(0.4 * edge).into_par_iter().filter_map(found).collect()
 }
 
 fn middle(solid: &dyn Solid, p: DVec3, n: DVec3, limit: f64) -> Option<Middle> {
@@ -58,9 +59,8 @@ fn middle(solid: &dyn Solid, p: DVec3, n: DVec3, limit: f64) -> Option<Middle> {
 }
 
 /// Brings background vertices into thin walls. Returns for each vertex whether it must stay inside.
-pub fn occupy(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], edge: f64) -> Vec<bool> {
+pub fn occupy(walls: &[Middle], mesh: &mut Complex, phi: &mut [f64], edge: f64) -> Vec<bool> {
     let mut locked = vec![false; phi.len()];
-    let walls = middles(solid, THIN * edge, 0.4 * edge);
     if walls.is_empty() {
         return locked;
     }
@@ -69,7 +69,7 @@ pub fn occupy(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], edge: f64)
     for v in (0..phi.len() as u32).filter(|&v| phi[v as usize].abs() < 1.5 * edge) {
         cells.entry(cell(mesh.points[v as usize])).or_default().push(v);
     }
-    for wall in walls.into_iter().filter(|w| w.radius > LOST * edge) {
+    for wall in walls {
         let mut near: Vec<(f64, u32)> = Vec::new();
         for k in 0..27 {
             let c = cell(wall.at) + IVec3::new(k % 3, k / 3 % 3, k / 9) - 1;
@@ -77,6 +77,12 @@ pub fn occupy(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], edge: f64)
         }
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         if near.iter().any(|&(d, v)| d < SERVED * edge && locked[v as usize]) {
+            continue;
+        }
+        // a vertex that is deep enough already only has to stay
+        let deep = near.iter().find(|&&(d, v)| d < SERVED * edge && -phi[v as usize] > 0.5 * wall.radius);
+        if let Some(&(_, v)) = deep {
+            locked[v as usize] = true;
             continue;
         }
         for &(d, v) in near.iter().filter(|n| !locked[n.1 as usize]).take(4) {
