@@ -98,7 +98,7 @@ impl Body<'_> {
         let Some(ring) = self.mesh.ring(a, b).filter(|r| r.open) else { return false };
         let (c, d) = (ring.link[0], ring.link[ring.link.len() - 1]);
         let [pa, pb, pc, pd] = [a, b, c, d].map(|v| self.mesh.points[v as usize]);
-        if self.off((pc + pd) / 2.0) > 0.7 * error {
+        if self.off((pc + pd) / 2.0) > 0.7 * error || !self.rightly([pa, pb, pc, pd]) {
             return false;
         }
         let floor = angle_score(self.floor);

@@ -53,6 +53,16 @@ impl Body<'_> {
         p.distance(self.solid.project(p))
     }
 
+    /// Whether turning boundary edge `a`-`b` into `c`-`d` adds what is inside the solid or takes what is outside.
+    pub fn rightly(&self, [pa, pb, pc, pd]: [DVec3; 4]) -> bool {
+        let middle = (pa + pb + pc + pd) / 4.0;
+        if self.off(middle) < 0.08 * self.size {
+            return true;
+        }
+        let adds = (pb - pa).dot((pd - pa).cross(pc - pa)) > 0.0;
+        adds == (self.solid.signed_distance(middle, self.size) < 0.0)
+    }
+
     /// Whether a boundary edge may be turned: the new one must not pass farther from the surface than the old one or
     /// the tolerance, must not cut through a sharp edge, and the surface must not fold.
     pub fn may_turn(&self, mesh: &Complex, a: u32, b: u32, ring: &Ring) -> bool {
@@ -70,7 +80,7 @@ impl Body<'_> {
             return false;
         }
         let error = self.off((pc + pd) / 2.0);
-        error < CHORD * self.size || error < self.off(middle)
+        (error < CHORD * self.size || error < self.off(middle)) && self.rightly([pa, pb, pc, pd])
     }
 
     /// Removes edges and faces of tetrahedron `t` while that helps.

@@ -41,7 +41,9 @@ pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64) -> Filled {
     let (mut mesh, mut phi) = background(solid, tile, edge, margin);
     let mut dim = vec![3u8; mesh.points.len()];
     let locked = thin::occupy(&walls, &mut mesh, &mut phi, edge);
+    let before = (mesh.points.clone(), phi.clone());
     pull(solid, &mut mesh, &mut phi, &mut dim, &locked, edge);
+    rescue(solid, &mut mesh, &mut phi, &mut dim, before, edge);
     cut(solid, mesh, phi, dim, edge)
 }
 
@@ -167,6 +169,55 @@ fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], 
     for (_, v, to) in order {
         if share(mesh, phi, v).is_some_and(|t| t < PULL) && guarded(mesh, v, to, KEEP) {
             (phi[v as usize], dim[v as usize]) = (0.0, 2);
+        }
+    }
+}
+
+/// Tetrahedra in the middle of the solid that would be cut away for want of an inner vertex get one: a vertex that was
+/// inside before it was pulled goes back, or else the deepest one is brought in.
+fn rescue(
+    solid: &dyn Solid,
+    mesh: &mut Complex,
+    phi: &mut [f64],
+    dim: &mut [u8],
+    (points, depth): (Vec<DVec3>, Vec<f64>),
+    edge: f64,
+) {
+    let doomed = |mesh: &Complex, phi: &[f64], t: u32| {
+        let tet = mesh.tets[t as usize];
+        tet.iter().all(|&v| phi[v as usize] >= 0.0)
+            && tet.iter().any(|&v| phi[v as usize] > 0.0)
+            && tet.iter().all(|&v| phi[v as usize] < edge)
+    };
+    for part in [0.25, 0.12] {
+        let (shared, values) = (&*mesh, &*phi);
+        let all: Vec<u32> = mesh.living().collect();
+        let mut lost: Vec<(f64, u32, DVec3)> = all
+            .into_par_iter()
+            .filter(|&t| doomed(shared, values, t))
+            .map(|t| {
+                let middle = shared.tets[t as usize].iter().map(|&v| shared.points[v as usize]).sum::<DVec3>() / 4.0;
+                (solid.signed_distance(middle, edge), t, middle)
+            })
+            .filter(|l| l.0 < -part * edge)
+            .collect();
+        lost.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (deep, t, middle) in lost {
+            if !doomed(mesh, phi, t) {
+                continue;
+            }
+            let mut tet = mesh.tets[t as usize];
+            tet.sort_by(|&a, &b| depth[a as usize].total_cmp(&depth[b as usize]).then(a.cmp(&b)));
+            for v in tet.into_iter().filter(|&v| dim[v as usize] > 1) {
+                let was_inside = depth[v as usize] < -0.1 * edge;
+                let (to, value) = if was_inside { (points[v as usize], depth[v as usize]) } else { (middle, deep) };
+                let floor = angle_score(4.0);
+                if worst_from(to, &mesh.view(v), floor) > floor {
+                    mesh.points[v as usize] = to;
+                    (phi[v as usize], dim[v as usize]) = (value, 3);
+                    break;
+                }
+            }
         }
     }
 }
