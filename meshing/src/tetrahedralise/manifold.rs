@@ -14,8 +14,8 @@ const CRUMB: usize = 2;
 const ISLAND: usize = 12;
 
 impl Body<'_> {
-    /// Removes pinches and crumbs. Returns how many vertices were treated.
-    pub fn unpinch(&mut self) -> usize {
+    /// Removes pinches and crumbs; with `thicken`, walls that are pinched get thicker instead. Returns how many vertices were treated.
+    pub fn unpinch(&mut self, thicken: bool) -> usize {
         let mut treated = self.drop_islands();
         for _ in 0..20 {
             let bad: Vec<u32> = (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && self.pinched(v)).collect();
@@ -25,7 +25,7 @@ impl Body<'_> {
             treated += bad.len();
             for v in bad {
                 if self.pinched(v) {
-                    self.part(v);
+                    self.part(v, thicken);
                 }
             }
             self.settle();
@@ -56,7 +56,7 @@ impl Body<'_> {
     }
 
     /// Separates the pieces of a star that share no face.
-    fn part(&mut self, v: u32) {
+    fn part(&mut self, v: u32, thicken: bool) {
         let mut pieces: Vec<Vec<u32>> = Vec::new();
         let mut left = self.mesh.star(v).to_vec();
         left.sort_unstable();
@@ -80,7 +80,7 @@ impl Body<'_> {
         }
         pieces.sort_by_key(|p| std::cmp::Reverse(p.len()));
         if let [only] = &pieces[..] {
-            if self.thicken(v) {
+            if thicken && self.thicken(v) {
                 return;
             }
             // a ring closed around a hole: open it at the tetrahedron that most of the boundary touches
@@ -133,7 +133,8 @@ impl Body<'_> {
                 let top = start + up * height * self.size;
                 fan.iter().map(corners).fold(1.0, |m: f64, [a, b, c]| m.min(score(a, b, c, top)))
             };
-            let best = [0.6, 0.45, 0.3, 0.2, 0.1].into_iter().max_by(|&x, &y| worst(x).total_cmp(&worst(y)));
+            let outside = |h: &f64| self.solid.signed_distance(start + up * *h * self.size, self.size) > 0.25 * self.size;
+            let best = [0.6, 0.45, 0.3, 0.2, 0.1].into_iter().filter(|h| !outside(h)).max_by(|&x, &y| worst(x).total_cmp(&worst(y)));
             if let Some(height) = best.filter(|&h| worst(h) > angle_score(2.0)) {
                 let top = self.mesh.add_point(start + up * height * self.size);
                 self.dim.push(2);

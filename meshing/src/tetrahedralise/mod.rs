@@ -149,17 +149,17 @@ pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), M
     let lap = |what: &str| if std::env::var("DBG").is_ok() { println!("   {what} {:.2}", clock.elapsed().as_secs_f64()) };
     body.settle();
     euler(&body, "cut");
-    body.unpinch();
+    body.unpinch(true);
     lap("unpinch");euler(&body, "unpinch");
     body.improve(AIM, 8, options.seed);
     lap("improve");euler(&body, "improve");
     body.fit(options.seed);
     lap("fit");euler(&body, "fit");
-    body.unpinch();
+    body.unpinch(false);
     body.improve(AIM, 8, options.seed ^ 1);
     body.slack = 0.15;
     body.improve(MIN_DIHEDRAL + 1.0, 12, options.seed ^ 2);
-    body.unpinch();
+    body.unpinch(false);
     if std::env::var("DBG").is_ok() {
         let mut worst: Vec<(f64, [u32; 3], u32)> = body.mesh.boundary().into_iter().map(|(f, t)| {
             let c = f.map(|v| body.mesh.points[v as usize]);
@@ -237,5 +237,12 @@ fn euler(body: &Body, what: &str) {
     let mut v: Vec<u32> = f.iter().flat_map(|f| f.0).collect();
     v.sort_unstable();
     v.dedup();
+    for (f, t) in f.iter() {
+        let c = f.map(|v| body.mesh.points[v as usize]);
+        let m = (c[0] + c[1] + c[2]) / 3.0;
+        let d = body.solid.signed_distance(m, 9.0) / body.size;
+        if d < -0.3 { println!("      deep {d:.3} at {m:.3} dim {:?} off {:.2?} score {:.1} back {:.2} tri {f:?}", f.map(|v| body.dim[v as usize]), c.map(|p| body.off(p) / body.size), (-body.mesh.score(body.mesh.tets[*t as usize])).acos().to_degrees(),
+            body.solid.signed_distance(m + (c[1] - c[0]).cross(c[2] - c[0]).normalize() * 0.2 * body.size, 9.0) / body.size); }
+    }
     println!("   {what} euler {}", v.len() as i64 - f.len() as i64 / 2);
 }

@@ -187,7 +187,7 @@ fn rescue(
         let tet = mesh.tets[t as usize];
         tet.iter().all(|&v| phi[v as usize] >= 0.0)
             && tet.iter().any(|&v| phi[v as usize] > 0.0)
-            && tet.iter().all(|&v| phi[v as usize] < edge)
+            && tet.iter().all(|&v| phi[v as usize] < 2.0 * edge)
     };
     for part in [0.25, 0.12] {
         let (shared, values) = (&*mesh, &*phi);
@@ -211,10 +211,16 @@ fn rescue(
             for v in tet.into_iter().filter(|&v| dim[v as usize] > 1) {
                 let was_inside = depth[v as usize] < -0.1 * edge;
                 let (to, value) = if was_inside { (points[v as usize], depth[v as usize]) } else { (middle, deep) };
-                let floor = angle_score(4.0);
-                if worst_from(to, &mesh.view(v), floor) > floor {
-                    mesh.points[v as usize] = to;
-                    (phi[v as usize], dim[v as usize]) = (value, 3);
+                let from = mesh.points[v as usize];
+                let view = mesh.view(v);
+                let floor = angle_score(2.0);
+                let place = [1.0, 0.7, 0.45, 0.3].into_iter().find(|&part| {
+                    let p = from.lerp(to, part);
+                    worst_from(p, &view, floor) > floor && (was_inside || solid.signed_distance(p, edge) < -0.1 * edge)
+                });
+                if let Some(part) = place {
+                    mesh.points[v as usize] = from.lerp(to, part);
+                    (phi[v as usize], dim[v as usize]) = (value * part, 3);
                     break;
                 }
             }
@@ -247,7 +253,8 @@ fn cut(solid: &dyn Solid, mesh: Complex, phi: Vec<f64>, mut dim: Vec<u8>, edge: 
     let mut tets = Vec::with_capacity(mesh.tets.len());
     let flat = |tet: [u32; 4]| {
         let middle = tet.iter().map(|&v| mesh.points[v as usize]).sum::<DVec3>() / 4.0;
-        solid.signed_distance(middle, edge) > -0.05 * edge || mesh.score(tet) < angle_score(8.0)
+        let depth = -solid.signed_distance(middle, edge) / edge;
+        depth < 0.05 || (depth < 0.2 && mesh.score(tet) < angle_score(8.0))
     };
     let on = |i: u32, o: u32| number[&[i, o]];
     for t in mesh.living() {
