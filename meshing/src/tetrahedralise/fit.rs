@@ -19,15 +19,14 @@ impl Body<'_> {
     /// Moves boundary vertices onto the surface, turns boundary edges that cut through it, and pulls the boundary to
     /// points of the surface that it misses.
     pub fn fit(&mut self, seed: u64) {
-        let samples = self.solid.samples(0.25 * self.size);
+        let samples: Vec<DVec3> = self.solid.samples(0.25 * self.size).into_iter().map(|s| s.0).collect();
         let mut last = usize::MAX;
         for round in 0..ROUNDS {
+            self.floor = if round < 4 { 11.0 } else { 5.0 };
             self.home();
             let turned = self.turn_chords(seed ^ round);
             let pulled = self.reach_out(&samples, seed ^ round);
-            if std::env::var("DBG").is_ok() {
-                println!("    round {round}: turned {turned} pulled {pulled}");
-            }
+            if std::env::var("DBG").is_ok() { println!("    round {round}: turned {turned} pulled {pulled}"); }
             if turned + pulled == 0 || (round > 5 && turned + pulled >= last) {
                 break;
             }
@@ -45,8 +44,11 @@ impl Body<'_> {
             edges.extend((0..3).map(|k| [f[k], f[(k + 1) % 3]]).filter(|e| e[0] < e[1]));
         }
         let middle = |&[a, b]: &[u32; 2]| (self.mesh.points[a as usize] + self.mesh.points[b as usize]) / 2.0;
-        let mut long: Vec<(f64, [u32; 2])> =
-            edges.par_iter().map(|e| (self.off(middle(e)), *e)).filter(|e| e.0 > 0.12 * self.size).collect();
+        let mut long: Vec<(f64, [u32; 2])> = edges
+            .par_iter()
+            .map(|e| (self.off(middle(e)), *e))
+            .filter(|e| e.0 > 0.12 * self.size)
+            .collect();
         long.sort_unstable_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
         long.into_iter().filter(|&(error, e)| self.turn(e, error) || self.bend(e, error, seed)).count()
     }
@@ -59,17 +61,14 @@ impl Body<'_> {
         for v in [a, b] {
             let p = self.mesh.points[v as usize];
             let goal = self.solid.project(p);
-            if self.dim[v as usize] == 2
-                && p.distance(goal) > 0.1 * self.size
-                && (self.fill_pit(v) || self.drag(v, goal, 2, seed))
-            {
+            if self.dim[v as usize] == 2 && p.distance(goal) > 0.1 * self.size && (self.fill_pit(v) || self.drag(v, goal, 2, seed)) {
                 return true;
             }
         }
         let middle = (self.mesh.points[a as usize] + self.mesh.points[b as usize]) / 2.0;
         let goal = self.solid.project(middle);
         for part in [1.0, 0.6, 0.3] {
-            if self.mesh.split(a, b, middle.lerp(goal, part), angle_score(11.0)).is_some() {
+            if self.mesh.split(a, b, middle.lerp(goal, part), angle_score(self.floor)).is_some() {
                 self.dim.push(2);
                 return true;
             }
@@ -87,7 +86,7 @@ impl Body<'_> {
         if self.solid.signed_distance(self.mesh.points[v as usize], self.size) > 0.0 {
             return false;
         }
-        let best = [[v, a, b, c], [v, a, c, b]].into_iter().find(|&t| self.mesh.score(t) > angle_score(11.0));
+        let best = [[v, a, b, c], [v, a, c, b]].into_iter().find(|&t| self.mesh.score(t) > angle_score(self.floor));
         if let Some(tet) = best {
             self.mesh.replace(&[], &[tet]);
             self.dim[v as usize] = 3;
@@ -99,14 +98,13 @@ impl Body<'_> {
         let Some(ring) = self.mesh.ring(a, b).filter(|r| r.open) else { return false };
         let (c, d) = (ring.link[0], ring.link[ring.link.len() - 1]);
         let [pa, pb, pc, pd] = [a, b, c, d].map(|v| self.mesh.points[v as usize]);
-        if self.off((pc + pd) / 2.0) > 0.7 * error {
+        if self.off((pc + pd) / 2.0) > 0.7 * error || !self.rightly([pa, pb, pc, pd]) {
             return false;
         }
-        let floor = angle_score(11.0);
+        let floor = angle_score(self.floor);
         if ring.tets.len() == 1 {
             // both triangles belong to one tetrahedron: without it the other two faces show
-            let inside = self.mesh.across(ring.tets[0], [a, c, d]).is_some()
-                && self.mesh.across(ring.tets[0], [b, c, d]).is_some();
+            let inside = self.mesh.across(ring.tets[0], [a, c, d]).is_some() && self.mesh.across(ring.tets[0], [b, c, d]).is_some();
             if inside {
                 self.mesh.remove(ring.tets[0]);
                 self.lower(&[a, b, c, d]);
@@ -132,10 +130,8 @@ impl Body<'_> {
 
     /// Moves every boundary vertex to where it belongs, as far as angles allow.
     fn home(&mut self) {
-        let outer: Vec<u32> =
-            (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && !self.mesh.star(v).is_empty()).collect();
-        let goals: Vec<Option<DVec3>> =
-            outer.par_iter().map(|&v| self.place(v, self.mesh.points[v as usize])).collect();
+        let outer: Vec<u32> = (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && !self.mesh.star(v).is_empty()).collect();
+        let goals: Vec<Option<DVec3>> = outer.par_iter().map(|&v| self.place(v, self.mesh.points[v as usize])).collect();
         for (v, goal) in outer.into_iter().zip(goals) {
             let Some(goal) = goal else { continue };
             let from = self.mesh.points[v as usize];
@@ -215,7 +211,7 @@ impl Body<'_> {
             if pa.lerp(pb, t).distance(goal) > 0.6 * self.size {
                 continue;
             }
-            if self.mesh.split(a, b, goal, angle_score(11.0)).is_some() {
+            if self.mesh.split(a, b, goal, angle_score(self.floor)).is_some() {
                 self.dim.push(dim);
                 return true;
             }
@@ -226,9 +222,8 @@ impl Body<'_> {
     /// Puts a tetrahedron with a new vertex at `goal` on a boundary face.
     fn grow(&mut self, face: [u32; 3], goal: DVec3, dim: u8) -> bool {
         let [a, b, c] = face.map(|v| self.mesh.points[v as usize]);
-        let lost =
-            self.mesh.star(face[0]).iter().all(|&t| !face.iter().all(|v| self.mesh.tets[t as usize].contains(v)));
-        if lost || score(a, b, c, goal) < angle_score(11.0) {
+        let lost = self.mesh.star(face[0]).iter().all(|&t| !face.iter().all(|v| self.mesh.tets[t as usize].contains(v)));
+        if lost || score(a, b, c, goal) < angle_score(self.floor) {
             return false;
         }
         let v = self.mesh.add_point(goal);
@@ -241,7 +236,7 @@ impl Body<'_> {
     /// don't recover.
     fn drag(&mut self, v: u32, goal: DVec3, dim: u8, seed: u64) -> bool {
         let start = self.mesh.points[v as usize];
-        let floor = angle_score(11.0);
+        let floor = angle_score(self.floor);
         if worst_from(goal, &self.mesh.view(v), floor) <= floor {
             let around = self.mesh.neighbours(v);
             let old: Vec<DVec3> = around.iter().map(|&w| self.mesh.points[w as usize]).collect();

@@ -25,6 +25,8 @@ pub struct Body<'a> {
     pub size: f64,
     /// How far surface vertices may leave the surface for the sake of angles, in element sizes.
     pub slack: f64,
+    /// Changes for the sake of the surface leave angles of at least this [degrees].
+    pub floor: f64,
 }
 
 impl Body<'_> {
@@ -51,6 +53,16 @@ impl Body<'_> {
         p.distance(self.solid.project(p))
     }
 
+    /// Whether turning boundary edge `a`-`b` into `c`-`d` adds what is inside the solid or takes what is outside.
+    pub fn rightly(&self, [pa, pb, pc, pd]: [DVec3; 4]) -> bool {
+        let middle = (pa + pb + pc + pd) / 4.0;
+        if self.off(middle) < 0.08 * self.size {
+            return true;
+        }
+        let adds = (pb - pa).dot((pd - pa).cross(pc - pa)) > 0.0;
+        adds == (self.solid.signed_distance(middle, self.size) < 0.0)
+    }
+
     /// Whether a boundary edge may be turned: the new one must not pass farther from the surface than the old one or
     /// the tolerance, must not cut through a sharp edge, and the surface must not fold.
     pub fn may_turn(&self, mesh: &Complex, a: u32, b: u32, ring: &Ring) -> bool {
@@ -58,9 +70,7 @@ impl Body<'_> {
         let [pa, pb, pc, pd] = [a, b, c, d].map(|v| mesh.points[v as usize]);
         let normals = [(pb - pa).cross(pc - pa), (pd - pa).cross(pb - pa)];
         let turned = [(pd - pa).cross(pc - pa), (pd - pc).cross(pb - pc)];
-        if turned.iter().any(|t| normals.iter().any(|n| t.dot(*n) <= 0.3 * t.length() * n.length()))
-            && normals[0].dot(normals[1]) > 0.0
-        {
+        if turned.iter().any(|t| normals.iter().any(|n| t.dot(*n) <= 0.3 * t.length() * n.length())) && normals[0].dot(normals[1]) > 0.0 {
             return false;
         }
         let middle = (pa + pb) / 2.0;
@@ -70,7 +80,7 @@ impl Body<'_> {
             return false;
         }
         let error = self.off((pc + pd) / 2.0);
-        error < CHORD * self.size || error < self.off(middle)
+        (error < CHORD * self.size || error < self.off(middle)) && self.rightly([pa, pb, pc, pd])
     }
 
     /// Removes edges and faces of tetrahedron `t` while that helps.
@@ -171,13 +181,7 @@ impl Body<'_> {
             let middle = (self.mesh.points[a as usize] + self.mesh.points[b as usize]) / 2.0;
             let crease = self.dim[a as usize] < 2 && self.dim[b as usize] < 2 && ring.open;
             let Some(v) = self.mesh.split(a, b, middle, -1.5) else { continue };
-            self.dim.push(if !ring.open {
-                3
-            } else if crease {
-                1
-            } else {
-                2
-            });
+            self.dim.push(if !ring.open { 3 } else if crease { 1 } else { 2 });
             let step = 0.2 * self.size;
             for k in 0..3 {
                 self.smooth(&[v], step, round + k);

@@ -3,8 +3,10 @@
 //! Where pieces of a mesh hang together by a vertex or an edge only, small pieces go and larger ones get a vertex of
 //! their own. Removing a tetrahedron never makes an angle worse, so this may run after everything else.
 
+use super::complex::{angle_score, score};
 use super::improve::Body;
 use crate::tetmesh::FACES;
+use glam::DVec3;
 
 /// Pieces of at most this many tetrahedra at a pinched vertex are removed.
 const CRUMB: usize = 2;
@@ -12,19 +14,18 @@ const CRUMB: usize = 2;
 const ISLAND: usize = 12;
 
 impl Body<'_> {
-    /// Removes pinches and crumbs. Returns how many vertices were treated.
-    pub fn unpinch(&mut self) -> usize {
+    /// Removes pinches and crumbs; with `thicken`, walls that are pinched get thicker instead. Returns how many vertices were treated.
+    pub fn unpinch(&mut self, thicken: bool) -> usize {
         let mut treated = self.drop_islands();
         for _ in 0..20 {
-            let bad: Vec<u32> =
-                (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && self.pinched(v)).collect();
+            let bad: Vec<u32> = (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && self.pinched(v)).collect();
             if bad.is_empty() {
                 break;
             }
             treated += bad.len();
             for v in bad {
                 if self.pinched(v) {
-                    self.part(v);
+                    self.part(v, thicken);
                 }
             }
             self.settle();
@@ -55,7 +56,7 @@ impl Body<'_> {
     }
 
     /// Separates the pieces of a star that share no face.
-    fn part(&mut self, v: u32) {
+    fn part(&mut self, v: u32, thicken: bool) {
         let mut pieces: Vec<Vec<u32>> = Vec::new();
         let mut left = self.mesh.star(v).to_vec();
         left.sort_unstable();
@@ -79,6 +80,9 @@ impl Body<'_> {
         }
         pieces.sort_by_key(|p| std::cmp::Reverse(p.len()));
         if let [only] = &pieces[..] {
+            if thicken && self.thicken(v) {
+                return;
+            }
             // a ring closed around a hole: open it at the tetrahedron that most of the boundary touches
             let open = |t: &u32| {
                 let tet = self.mesh.tets[*t as usize];
@@ -100,6 +104,46 @@ impl Body<'_> {
                 piece.iter().map(|&t| self.mesh.tets[t as usize].map(|w| if w == v { twin } else { w })).collect();
             self.mesh.replace(piece, &new);
         }
+    }
+
+    /// Where two sides of a wall meet in `v`: puts a new vertex before the smaller of its fans of boundary faces.
+    fn thicken(&mut self, v: u32) -> bool {
+        let mut left = self.outer_faces(v);
+        let mut fans: Vec<Vec<[u32; 3]>> = Vec::new();
+        while let Some(face) = left.pop() {
+            let mut fan = vec![face];
+            let mut at = 0;
+            while at < fan.len() {
+                let from = fan[at];
+                let shares = |f: &[u32; 3]| f.iter().filter(|w| from.contains(w)).count() == 2;
+                while let Some(k) = left.iter().position(shares) {
+                    fan.push(left.swap_remove(k));
+                }
+                at += 1;
+            }
+            fans.push(fan);
+        }
+        fans.sort_by_key(|f| f.len());
+        let start = self.mesh.points[v as usize];
+        for fan in fans {
+            let corners = |f: &[u32; 3]| f.map(|w| self.mesh.points[w as usize]);
+            let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
+            let up = fan.iter().map(|f| normal(corners(f))).sum::<DVec3>().normalize_or_zero();
+            let worst = |height: f64| {
+                let top = start + up * height * self.size;
+                fan.iter().map(corners).fold(1.0, |m: f64, [a, b, c]| m.min(score(a, b, c, top)))
+            };
+            let outside = |h: &f64| self.solid.signed_distance(start + up * *h * self.size, self.size) > 0.25 * self.size;
+            let best = [0.6, 0.45, 0.3, 0.2, 0.1].into_iter().filter(|h| !outside(h)).max_by(|&x, &y| worst(x).total_cmp(&worst(y)));
+            if let Some(height) = best.filter(|&h| worst(h) > angle_score(2.0)) {
+                let top = self.mesh.add_point(start + up * height * self.size);
+                self.dim.push(2);
+                let new: Vec<[u32; 4]> = fan.iter().map(|&[a, b, c]| [a, b, c, top]).collect();
+                self.mesh.replace(&[], &new);
+                return true;
+            }
+        }
+        false
     }
 
     /// Removes separate parts that are too small to mean anything; the largest part always stays.

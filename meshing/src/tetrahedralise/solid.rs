@@ -17,8 +17,9 @@ pub trait Solid: Sync {
     fn bounds(&self) -> (DVec3, DVec3);
     /// Sharp edges and corners.
     fn features(&self) -> &Features;
-    /// Points on the boundary, none farther than about `spacing` [m] from the next, in a fixed order.
-    fn samples(&self, spacing: f64) -> Vec<DVec3>;
+    /// Points on the boundary, none farther than about `spacing` [m] from the next, in a fixed order, with the outward
+    /// normal where there is one (else zero).
+    fn samples(&self, spacing: f64) -> Vec<(DVec3, DVec3)>;
     /// Volume [m³] where it is known.
     fn volume(&self) -> Option<f64>;
 }
@@ -55,9 +56,9 @@ impl Solid for Inside<'_> {
         &self.features
     }
 
-    fn samples(&self, spacing: f64) -> Vec<DVec3> {
-        let mut out = scatter(self.surface, spacing).into_iter().map(|s| s.0).collect::<Vec<_>>();
-        out.extend(self.surface.vertices.iter());
+    fn samples(&self, spacing: f64) -> Vec<(DVec3, DVec3)> {
+        let mut out = scatter(self.surface, spacing);
+        out.extend(self.surface.vertices.iter().map(|&v| (v, DVec3::ZERO)));
         out
     }
 
@@ -115,11 +116,10 @@ impl Solid for Shell<'_> {
         &self.features
     }
 
-    fn samples(&self, spacing: f64) -> Vec<DVec3> {
-        let sides =
-            scatter(self.surface, spacing).into_iter().flat_map(|(p, n)| [p + n * self.half, p - n * self.half]);
-        let sides: Vec<DVec3> = sides.collect();
-        let keep = |p: &DVec3| self.signed_distance(*p, self.half) > -1e-6 * self.half;
+    fn samples(&self, spacing: f64) -> Vec<(DVec3, DVec3)> {
+        let both = |(p, n): (DVec3, DVec3)| [(p + n * self.half, n), (p - n * self.half, -n)];
+        let sides: Vec<(DVec3, DVec3)> = scatter(self.surface, spacing).into_iter().filter(|s| s.1 != DVec3::ZERO).flat_map(both).collect();
+        let keep = |p: &(DVec3, DVec3)| self.signed_distance(p.0, self.half) > -1e-6 * self.half;
         sides.into_par_iter().filter(keep).collect()
     }
 
@@ -140,15 +140,14 @@ fn scatter(surface: &TriMesh, spacing: f64) -> Vec<(DVec3, DVec3)> {
         let start = random.unit();
         for i in 0..count {
             // a rank-1 lattice (Roberts' R2) on the unit square, folded into the triangle
-            let (u, v) =
-                ((start + i as f64 * 0.754_877_666_246_693).fract(), (i as f64 * 0.569_840_290_998_053).fract());
+            let (u, v) = ((start + i as f64 * 0.754_877_666_246_693).fract(), (i as f64 * 0.569_840_290_998_053).fract());
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             out.push((a + (b - a) * u + (c - a) * v, normal));
         }
         // sharp edges would be missed by points strictly inside
         for (p, q) in [(a, b), (b, c), (c, a)] {
             let pieces = (p.distance(q) / spacing).ceil().clamp(1.0, 1e6) as usize;
-            out.extend((1..pieces).map(|i| (p.lerp(q, i as f64 / pieces as f64), normal)));
+            out.extend((1..pieces).map(|i| (p.lerp(q, i as f64 / pieces as f64), DVec3::ZERO)));
         }
     }
     out

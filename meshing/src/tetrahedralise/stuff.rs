@@ -7,6 +7,7 @@
 
 use super::complex::{Complex, angle_score, worst_from};
 use super::solid::Solid;
+use super::thin;
 use super::tile::Tile;
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
@@ -34,14 +35,20 @@ pub fn background_points(solid: &dyn Solid, tile: &Tile, edge: f64) -> f64 {
 
 /// Fills the solid with tetrahedra whose mean background edge is `edge` [m].
 pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64) -> Filled {
-    let (mut mesh, mut phi) = background(solid, tile, edge);
+    let walls = thin::walls(solid, edge);
+    // walls may need vertices that are outside for now
+    let margin = if walls.is_empty() { 0.0 } else { 1.1 * edge };
+    let (mut mesh, mut phi) = background(solid, tile, edge, margin);
     let mut dim = vec![3u8; mesh.points.len()];
-    pull(solid, &mut mesh, &mut phi, &mut dim, edge);
+    let locked = thin::occupy(&walls, &mut mesh, &mut phi, edge);
+    let before = (mesh.points.clone(), phi.clone());
+    pull(solid, &mut mesh, &mut phi, &mut dim, &locked, edge);
+    rescue(solid, &mut mesh, &mut phi, &mut dim, before, edge);
     cut(solid, mesh, phi, dim, edge)
 }
 
-/// Background tetrahedra with at least one vertex inside, and the signed distance at the vertices.
-fn background(solid: &dyn Solid, tile: &Tile, edge: f64) -> (Complex, Vec<f64>) {
+/// Background tetrahedra with at least one vertex inside or less than `margin` outside, and the signed distance at the vertices.
+fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64) -> (Complex, Vec<f64>) {
     let (lo, hi) = solid.bounds();
     let side = tile.side * edge;
     let blocks = ((hi - lo) / side).ceil().as_ivec3() + 2;
@@ -81,8 +88,7 @@ fn background(solid: &dyn Solid, tile: &Tile, edge: f64) -> (Complex, Vec<f64>) 
             [0, 1, 2, 3].map(|k| (((c[k] - tile.points[t[k] as usize]) / tile.side).round().as_ivec3(), t[k]))
         })
         .collect();
-    let mut id: Vec<Vec<u32>> =
-        values.iter().map(|v| v.as_ref().map_or(Vec::new(), |v| vec![u32::MAX; v.len()])).collect();
+    let mut id: Vec<Vec<u32>> = values.iter().map(|v| v.as_ref().map_or(Vec::new(), |v| vec![u32::MAX; v.len()])).collect();
     let mut outer: HashMap<(usize, u32), u32> = HashMap::new();
     let (mut points, mut phi, mut tets) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..count {
@@ -90,7 +96,7 @@ fn background(solid: &dyn Solid, tile: &Tile, edge: f64) -> (Complex, Vec<f64>) 
         for tet in &shifts {
             let place = tet.map(|(s, v)| ((at + s).clamp(IVec3::ZERO, blocks - 1), v));
             let value = |(b, v): (IVec3, u32)| values[number(b)].as_ref().map_or(2.0 * reach, |x| x[v as usize]);
-            if place.iter().all(|&p| value(p) >= 0.0) || tet.iter().zip(&place).any(|(t, p)| at + t.0 != p.0) {
+            if place.iter().all(|&p| value(p) >= margin) || tet.iter().zip(&place).any(|(t, p)| at + t.0 != p.0) {
                 continue;
             }
             tets.push(place.map(|(b, v)| {
@@ -112,9 +118,9 @@ fn background(solid: &dyn Solid, tile: &Tile, edge: f64) -> (Complex, Vec<f64>) 
 }
 
 /// Moves vertices onto corners, sharp edges and the surface where the angles around them allow it.
-fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], edge: f64) {
+fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], locked: &[bool], edge: f64) {
     let features = solid.features();
-    let near: Vec<u32> = (0..phi.len() as u32).filter(|&v| phi[v as usize].abs() < 1.2 * edge).collect();
+    let near: Vec<u32> = (0..phi.len() as u32).filter(|&v| phi[v as usize].abs() < 1.2 * edge && !locked[v as usize]).collect();
     let guarded = |mesh: &mut Complex, v: u32, to: DVec3, floor: f64| {
         let allowed = worst_from(to, &mesh.view(v), angle_score(floor)) > angle_score(floor);
         if allowed {
@@ -157,14 +163,67 @@ fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], 
     let mut order: Vec<(f64, u32, DVec3)> = near
         .par_iter()
         .filter(|&&v| dim[v as usize] == 3)
-        .filter_map(|&v| {
-            share(shared, values, v).filter(|&t| t < PULL).map(|t| (t, v, solid.project(shared.points[v as usize])))
-        })
+        .filter_map(|&v| share(shared, values, v).filter(|&t| t < PULL).map(|t| (t, v, solid.project(shared.points[v as usize]))))
         .collect();
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     for (_, v, to) in order {
         if share(mesh, phi, v).is_some_and(|t| t < PULL) && guarded(mesh, v, to, KEEP) {
             (phi[v as usize], dim[v as usize]) = (0.0, 2);
+        }
+    }
+}
+
+/// Tetrahedra in the middle of the solid that would be cut away for want of an inner vertex get one: a vertex that was
+/// inside before it was pulled goes back, or else the deepest one is brought in.
+fn rescue(
+    solid: &dyn Solid,
+    mesh: &mut Complex,
+    phi: &mut [f64],
+    dim: &mut [u8],
+    (points, depth): (Vec<DVec3>, Vec<f64>),
+    edge: f64,
+) {
+    let doomed = |mesh: &Complex, phi: &[f64], t: u32| {
+        let tet = mesh.tets[t as usize];
+        tet.iter().all(|&v| phi[v as usize] >= 0.0)
+            && tet.iter().any(|&v| phi[v as usize] > 0.0)
+            && tet.iter().all(|&v| phi[v as usize] < 2.0 * edge)
+    };
+    for part in [0.25, 0.12] {
+        let (shared, values) = (&*mesh, &*phi);
+        let all: Vec<u32> = mesh.living().collect();
+        let mut lost: Vec<(f64, u32, DVec3)> = all
+            .into_par_iter()
+            .filter(|&t| doomed(shared, values, t))
+            .map(|t| {
+                let middle = shared.tets[t as usize].iter().map(|&v| shared.points[v as usize]).sum::<DVec3>() / 4.0;
+                (solid.signed_distance(middle, edge), t, middle)
+            })
+            .filter(|l| l.0 < -part * edge)
+            .collect();
+        lost.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (deep, t, middle) in lost {
+            if !doomed(mesh, phi, t) {
+                continue;
+            }
+            let mut tet = mesh.tets[t as usize];
+            tet.sort_by(|&a, &b| depth[a as usize].total_cmp(&depth[b as usize]).then(a.cmp(&b)));
+            for v in tet.into_iter().filter(|&v| dim[v as usize] > 1) {
+                let was_inside = depth[v as usize] < -0.1 * edge;
+                let (to, value) = if was_inside { (points[v as usize], depth[v as usize]) } else { (middle, deep) };
+                let from = mesh.points[v as usize];
+                let view = mesh.view(v);
+                let floor = angle_score(2.0);
+                let place = [1.0, 0.7, 0.45, 0.3].into_iter().find(|&part| {
+                    let p = from.lerp(to, part);
+                    worst_from(p, &view, floor) > floor && (was_inside || solid.signed_distance(p, edge) < -0.1 * edge)
+                });
+                if let Some(part) = place {
+                    mesh.points[v as usize] = from.lerp(to, part);
+                    (phi[v as usize], dim[v as usize]) = (value * part, 3);
+                    break;
+                }
+            }
         }
     }
 }
@@ -192,6 +251,11 @@ fn cut(solid: &dyn Solid, mesh: Complex, phi: Vec<f64>, mut dim: Vec<u8>, edge: 
     points.extend(roots);
     dim.resize(points.len(), 2);
     let mut tets = Vec::with_capacity(mesh.tets.len());
+    let flat = |tet: [u32; 4]| {
+        let middle = tet.iter().map(|&v| mesh.points[v as usize]).sum::<DVec3>() / 4.0;
+        let depth = -solid.signed_distance(middle, edge) / edge;
+        depth < 0.05 || (depth < 0.2 && mesh.score(tet) < angle_score(8.0))
+    };
     let on = |i: u32, o: u32| number[&[i, o]];
     for t in mesh.living() {
         let tet = mesh.tets[t as usize];
@@ -199,6 +263,8 @@ fn cut(solid: &dyn Solid, mesh: Complex, phi: Vec<f64>, mut dim: Vec<u8>, edge: 
         let (mut inner, zero, out) = (part(|x| x < 0.0), part(|x| x == 0.0), part(|x| x > 0.0));
         inner.sort_unstable_by_key(|&v| mix(v));
         match (&inner[..], &zero[..], &out[..]) {
+            // all on the surface: inside where a wall is one tetrahedron thick
+            ([], _, []) if !flat(tet) => tets.push(tet),
             ([], ..) => {}
             (_, _, []) => tets.push(tet),
             (&[a], _, _) => {
