@@ -2,9 +2,11 @@
 //!
 //! Particles are the barycentres of tetrahedra. A bond is walked: from tetrahedron to tetrahedron along the straight
 //! segment. If the walk stays inside, the bond is kept. If it leaves through a boundary face with normal n₁, it is
-//! walked from the other end too, up to a face with normal n₂. Walls of a gap face each other, n₁ · n₂ < 0; where the
-//! segment only skims a dent of a bumpy surface the two normals nearly agree, and the bond is kept, for otherwise
-//! every curved surface would lose bonds and soften. Bonds of face neighbours are always kept, whatever the surface.
+//! walked from the other end too, up to a face with normal n₂. Walls of a gap face each other, n₁ · n₂ < 0. Where the
+//! segment only skims a dent of a bumpy surface the two normals agree, and the bond is kept, for otherwise every
+//! curved surface would lose bonds and soften. Right angles count as dents: with a limit of 0.3, or of 0, a bear of
+//! stair-stepped cubes lost 14 % of its bonds, most of them across its steps. Bonds of face neighbours are always
+//! kept, whatever the surface.
 //!
 //! Deep inside, nothing is walked: a ball around each barycentre that no boundary face enters (`clearance`) covers its
 //! half of the bond. Pre-cuts are tested as triangles, each only against bonds of the particles near it.
@@ -19,8 +21,9 @@ use super::near::{Near, Tree, build_tree, visit_near};
 use crate::tetmesh::FACES;
 use crate::{TetMesh, TriMesh};
 
-/// Normals of the two boundary faces a bond meets that agree more than this belong to a dent, not to a gap.
-const DENT: f64 = 0.3;
+/// Normals of the two boundary faces a bond meets whose product is above this belong to a dent, not to a gap: to a
+/// notch that opens by more than 84°.
+const DENT: f64 = -0.1;
 /// A walk longer than this has lost its way; the bond is kept.
 const STEPS: usize = 1000;
 const NONE: u32 = u32::MAX;
