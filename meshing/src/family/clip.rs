@@ -135,12 +135,13 @@ impl<'m> Clip<'m> {
         let (mut t, mut entry) = (from, usize::MAX);
         for _ in 0..STEPS {
             let (mut exit, mut first, mut normal) = (usize::MAX, 1.0, DVec3::ZERO);
+            let corners = self.mesh.corners(t);
             for k in (0..4).filter(|&k| k != entry) {
-                let [a, b, c] = self.face(t, k);
-                let outward = (b - a).cross(c - a);
+                let [a, b, c] = FACES[k];
+                let outward = (corners[b] - corners[a]).cross(corners[c] - corners[a]);
                 let speed = outward.dot(d);
                 if speed > 0.0 {
-                    let at = outward.dot(a - p) / speed;
+                    let at = outward.dot(corners[a] - p) / speed;
                     if at < first {
                         (exit, first, normal) = (k, at, outward);
                     }
@@ -168,8 +169,12 @@ impl<'m> Clip<'m> {
                 if attempt == 0 { x } else { x.lerp(self.mesh.corners(t)[vertex % 4], 1e-3) }
             };
             let (p, q) = (nudge(i, p, attempt), nudge(j, q, 2 * attempt + 1));
-            match (self.walk(i, p, j, q), self.walk(j, q, i, p)) {
-                (Walk::Arrives, _) | (_, Walk::Arrives) => return true,
+            let going = self.walk(i, p, j, q);
+            if matches!(going, Walk::Arrives) {
+                return true;
+            }
+            match (going, self.walk(j, q, i, p)) {
+                (_, Walk::Arrives) => return true,
                 (Walk::Leaves(going), Walk::Leaves(coming)) => return going.dot(coming) > DENT,
                 _ => {}
             }
