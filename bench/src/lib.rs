@@ -59,7 +59,7 @@ pub fn lattice_of(registry: &Registry, law: &str, n: i32, horizon: f64) -> World
         spin: DVec3::ZERO,
         families,
     };
-    world.add(input, material).expect("a lattice has no lonely particle");
+    world.add(input, material).expect("volumes are positive");
     // a smooth, small motion, so that no number is trivially zero
     let side = f64::from(n) * SPACING;
     for i in 0..points.len() {

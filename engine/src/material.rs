@@ -30,20 +30,6 @@ pub struct Geometry<'a> {
 /// Why a body cannot be built.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum BuildError {
-    /// A particle without neighbours feels no force.
-    #[error(
-        "{count} of {total} particles have no neighbour within the horizon of {horizon} m, the first is particle {first}; use a larger horizon or a finer mesh"
-    )]
-    Isolated {
-        /// How many.
-        count: usize,
-        /// Of how many.
-        total: usize,
-        /// The first one's index.
-        first: usize,
-        /// The horizon [m].
-        horizon: f64,
-    },
     /// A volume or mass that is not positive.
     #[error("particle {particle} has {what} = {value}; it must be above 0")]
     NotPositive {

@@ -84,12 +84,12 @@ impl BondLaw<0> for Isotropic {
 
     #[inline(always)]
     fn bond_energy<L: Lane>(&self, b: &Bond<L>, _: [L; 0]) -> L {
-        // ½ · 15μ/m · ω (e − θ|ξ|/3)²
-        let deviator = b.ext - b.theta * b.rest * L::of(1.0 / 3.0);
-        L::of(7.5 * self.mu) * b.inv_m * b.weight * deviator * deviator
+        // The deviatoric energy ½ · 15μ/m Σ ω(e − θ|ξ|/3)² V multiplied out: with θ = 3/m Σ ω|ξ|e V it is this, less 5μ/3
+        // of κ in the dilatation. In this form the force is its exact gradient also where m is not Σ ω|ξ|² V.
+        L::of(7.5 * self.mu) * b.inv_m * b.weight * b.ext * b.ext
     }
 
     fn theta_energy(&self, theta: f64) -> f64 {
-        0.5 * self.kappa * theta * theta
+        0.5 * (self.kappa - 5.0 / 3.0 * self.mu) * theta * theta
     }
 }

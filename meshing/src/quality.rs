@@ -128,7 +128,8 @@ impl Report {
             .collect();
         report.mesh_to_surface = farthest(on_mesh, &|p| p.distance(solid.project(p)));
         let tree = Distance::of_triangles(outer);
-        report.surface_to_mesh = farthest(solid.samples(0.2 * size).into_iter().map(|s| s.0).collect(), &|p| tree.distance(p));
+        report.surface_to_mesh =
+            farthest(solid.samples(0.2 * size).into_iter().map(|s| s.0).collect(), &|p| tree.distance(p));
         report
     }
 

@@ -89,7 +89,7 @@ pub fn block(b: &Block) -> World {
         families: naive_families(&points, horizon),
     };
     let mut world = World::default();
-    world.add(input, material).expect("no particle is alone");
+    world.add(input, material).expect("volumes are positive");
     world
 }
 

@@ -77,7 +77,8 @@ impl Features {
             .map(place)
             .collect();
         let creases: Vec<[DVec3; 2]> = sharp.iter().map(|e| e.map(place)).collect();
-        let tree = (!creases.is_empty()).then(|| Distance::of_triangles(creases.iter().map(|&[a, b]| [a, b, b]).collect()));
+        let tree =
+            (!creases.is_empty()).then(|| Distance::of_triangles(creases.iter().map(|&[a, b]| [a, b, b]).collect()));
         Self { creases, corners, tree }
     }
 

@@ -67,7 +67,9 @@ pub enum MeshError {
         triangle: usize,
     },
     /// An edge without a partner.
-    #[error("the surface is not closed: edge {a}-{b} near {at} has {forward} triangles one way and {backward} the other; repair the surface, or give it a thickness with `shell`")]
+    #[error(
+        "the surface is not closed: edge {a}-{b} near {at} has {forward} triangles one way and {backward} the other; repair the surface, or give it a thickness with `shell`"
+    )]
     Open {
         /// One end of the edge.
         a: u32,
@@ -81,7 +83,9 @@ pub enum MeshError {
         backward: usize,
     },
     /// The surface encloses nothing.
-    #[error("the surface encloses a volume of {volume:.3e} m³: its triangles are wound inwards or it is flat; turn them round")]
+    #[error(
+        "the surface encloses a volume of {volume:.3e} m³: its triangles are wound inwards or it is flat; turn them round"
+    )]
     InsideOut {
         /// Its signed volume [m³].
         volume: f64,
@@ -146,31 +150,59 @@ pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), M
     let filled = stuff::fill(solid, &tile, edge);
     let mut body = Body { mesh: filled.mesh, dim: filled.dim, solid, size, slack: 0.0, floor: 11.0 };
     let clock = std::time::Instant::now();
-    let lap = |what: &str| if std::env::var("DBG").is_ok() { println!("   {what} {:.2}", clock.elapsed().as_secs_f64()) };
+    let lap = |what: &str| {
+        if std::env::var("DBG").is_ok() {
+            println!("   {what} {:.2}", clock.elapsed().as_secs_f64())
+        }
+    };
     body.settle();
     euler(&body, "cut");
     body.unpinch(true);
-    lap("unpinch");euler(&body, "unpinch");
+    lap("unpinch");
+    euler(&body, "unpinch");
     body.improve(AIM, 8, options.seed);
-    lap("improve");euler(&body, "improve");
+    lap("improve");
+    euler(&body, "improve");
     body.fit(options.seed);
-    lap("fit");euler(&body, "fit");
+    lap("fit");
+    euler(&body, "fit");
     body.unpinch(false);
     body.improve(AIM, 8, options.seed ^ 1);
     body.slack = 0.15;
     body.improve(MIN_DIHEDRAL + 1.0, 12, options.seed ^ 2);
     body.unpinch(false);
     if std::env::var("DBG").is_ok() {
-        let mut worst: Vec<(f64, [u32; 3], u32)> = body.mesh.boundary().into_iter().map(|(f, t)| {
-            let c = f.map(|v| body.mesh.points[v as usize]);
-            let m = [(c[0]+c[1])/2.0, (c[1]+c[2])/2.0, (c[0]+c[2])/2.0, (c[0]+c[1]+c[2])/3.0, c[0], c[1], c[2]];
-            (m.iter().map(|&p| body.off(p) / size).fold(0.0, f64::max), f, t)
-        }).collect();
+        let mut worst: Vec<(f64, [u32; 3], u32)> = body
+            .mesh
+            .boundary()
+            .into_iter()
+            .map(|(f, t)| {
+                let c = f.map(|v| body.mesh.points[v as usize]);
+                let m = [
+                    (c[0] + c[1]) / 2.0,
+                    (c[1] + c[2]) / 2.0,
+                    (c[0] + c[2]) / 2.0,
+                    (c[0] + c[1] + c[2]) / 3.0,
+                    c[0],
+                    c[1],
+                    c[2],
+                ];
+                (m.iter().map(|&p| body.off(p) / size).fold(0.0, f64::max), f, t)
+            })
+            .collect();
         worst.sort_by(|a, b| b.0.total_cmp(&a.0));
         for w in worst.iter().take(6) {
             let c = w.1.map(|v| body.mesh.points[v as usize]);
             let sd = |p: DVec3| (solid.signed_distance(p, 9.0) / size * 1000.0).round() / 1000.0;
-            println!("   {:.3} dim {:?} vertex off {:?} mids {:?} edges {:?} at {:.3}", w.0, w.1.map(|v| body.dim[v as usize]), c.map(sd), [0,1,2].map(|k| sd((c[k]+c[(k+1)%3])/2.0)), [0,1,2].map(|k| (c[k].distance(c[(k+1)%3])/size*100.0).round()/100.0), c[0]);
+            println!(
+                "   {:.3} dim {:?} vertex off {:?} mids {:?} edges {:?} at {:.3}",
+                w.0,
+                w.1.map(|v| body.dim[v as usize]),
+                c.map(sd),
+                [0, 1, 2].map(|k| sd((c[k] + c[(k + 1) % 3]) / 2.0)),
+                [0, 1, 2].map(|k| (c[k].distance(c[(k + 1) % 3]) / size * 100.0).round() / 100.0),
+                c[0]
+            );
         }
     }
     let mesh = body.finish();
@@ -237,7 +269,9 @@ fn check(surface: &TriMesh, options: &Options) -> Result<(), MeshError> {
 mod tests;
 
 fn euler(body: &Body, what: &str) {
-    if std::env::var("DBG").is_err() { return; }
+    if std::env::var("DBG").is_err() {
+        return;
+    }
     let f = body.mesh.boundary();
     let mut v: Vec<u32> = f.iter().flat_map(|f| f.0).collect();
     v.sort_unstable();
@@ -246,8 +280,16 @@ fn euler(body: &Body, what: &str) {
         let c = f.map(|v| body.mesh.points[v as usize]);
         let m = (c[0] + c[1] + c[2]) / 3.0;
         let d = body.solid.signed_distance(m, 9.0) / body.size;
-        if d < -0.3 { println!("      deep {d:.3} at {m:.3} dim {:?} off {:.2?} score {:.1} back {:.2} tri {f:?}", f.map(|v| body.dim[v as usize]), c.map(|p| body.off(p) / body.size), (-body.mesh.score(body.mesh.tets[*t as usize])).acos().to_degrees(),
-            body.solid.signed_distance(m + (c[1] - c[0]).cross(c[2] - c[0]).normalize() * 0.2 * body.size, 9.0) / body.size); }
+        if d < -0.3 {
+            println!(
+                "      deep {d:.3} at {m:.3} dim {:?} off {:.2?} score {:.1} back {:.2} tri {f:?}",
+                f.map(|v| body.dim[v as usize]),
+                c.map(|p| body.off(p) / body.size),
+                (-body.mesh.score(body.mesh.tets[*t as usize])).acos().to_degrees(),
+                body.solid.signed_distance(m + (c[1] - c[0]).cross(c[2] - c[0]).normalize() * 0.2 * body.size, 9.0)
+                    / body.size
+            );
+        }
     }
     println!("   {what} euler {}", v.len() as i64 - f.len() as i64 / 2);
 }

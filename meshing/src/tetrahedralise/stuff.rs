@@ -88,7 +88,8 @@ fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64) -> (Comple
             [0, 1, 2, 3].map(|k| (((c[k] - tile.points[t[k] as usize]) / tile.side).round().as_ivec3(), t[k]))
         })
         .collect();
-    let mut id: Vec<Vec<u32>> = values.iter().map(|v| v.as_ref().map_or(Vec::new(), |v| vec![u32::MAX; v.len()])).collect();
+    let mut id: Vec<Vec<u32>> =
+        values.iter().map(|v| v.as_ref().map_or(Vec::new(), |v| vec![u32::MAX; v.len()])).collect();
     let mut outer: HashMap<(usize, u32), u32> = HashMap::new();
     let (mut points, mut phi, mut tets) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..count {
@@ -120,7 +121,8 @@ fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64) -> (Comple
 /// Moves vertices onto corners, sharp edges and the surface where the angles around them allow it.
 fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], locked: &[bool], edge: f64) {
     let features = solid.features();
-    let near: Vec<u32> = (0..phi.len() as u32).filter(|&v| phi[v as usize].abs() < 1.2 * edge && !locked[v as usize]).collect();
+    let near: Vec<u32> =
+        (0..phi.len() as u32).filter(|&v| phi[v as usize].abs() < 1.2 * edge && !locked[v as usize]).collect();
     let guarded = |mesh: &mut Complex, v: u32, to: DVec3, floor: f64| {
         let allowed = worst_from(to, &mesh.view(v), angle_score(floor)) > angle_score(floor);
         if allowed {
@@ -163,7 +165,9 @@ fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], 
     let mut order: Vec<(f64, u32, DVec3)> = near
         .par_iter()
         .filter(|&&v| dim[v as usize] == 3)
-        .filter_map(|&v| share(shared, values, v).filter(|&t| t < PULL).map(|t| (t, v, solid.project(shared.points[v as usize]))))
+        .filter_map(|&v| {
+            share(shared, values, v).filter(|&t| t < PULL).map(|t| (t, v, solid.project(shared.points[v as usize])))
+        })
         .collect();
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     for (_, v, to) in order {

@@ -8,10 +8,24 @@ fn show(name: &str, surface: &TriMesh, size: f64) -> (TetMesh, Report) {
     let (mesh, r) = tetrahedralise(surface, &Options::new(size)).unwrap_or_else(|e| panic!("{name}: {e}"));
     println!(
         "{name:16} {:7} tets  dihedral {:5.1}..{:5.1}  edge/size {:.3}  vol {:.4}  s->m {:.3}  m->s {:.3}  cubic {:+.2}%  {:.2}s",
-        r.tets, r.min_dihedral, r.max_dihedral, r.mean_edge / size, r.volume_ratio.unwrap_or(0.0), r.surface_to_mesh.sizes,
-        r.mesh_to_surface.sizes, 100.0 * r.cubic, start.elapsed().as_secs_f64(),
+        r.tets,
+        r.min_dihedral,
+        r.max_dihedral,
+        r.mean_edge / size,
+        r.volume_ratio.unwrap_or(0.0),
+        r.surface_to_mesh.sizes,
+        r.mesh_to_surface.sizes,
+        100.0 * r.cubic,
+        start.elapsed().as_secs_f64(),
     );
-    println!("    s->m at {:.3} m->s at {:.3}; {:?} euler {} of {}", r.surface_to_mesh.at, r.mesh_to_surface.at, boundary_flaws(&mesh), euler(&crate::quality::boundary(&mesh)), euler(&surface.triangles));
+    println!(
+        "    s->m at {:.3} m->s at {:.3}; {:?} euler {} of {}",
+        r.surface_to_mesh.at,
+        r.mesh_to_surface.at,
+        boundary_flaws(&mesh),
+        euler(&crate::quality::boundary(&mesh)),
+        euler(&surface.triangles)
+    );
     (mesh, r)
 }
 
@@ -55,15 +69,17 @@ fn read_ply(path: &std::path::Path) -> TriMesh {
     let bytes = std::fs::read(path).unwrap();
     let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     let head = std::str::from_utf8(&bytes[..end]).unwrap();
-    let count = |what: &str| -> usize {
-        head.lines().find_map(|l| l.strip_prefix(what)).unwrap().trim().parse().unwrap()
-    };
+    let count =
+        |what: &str| -> usize { head.lines().find_map(|l| l.strip_prefix(what)).unwrap().trim().parse().unwrap() };
     let (vertices, faces) = (count("element vertex"), count("element face"));
     let float = |at: usize| f64::from(f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()));
     let int = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
     let start = end + 12 * vertices;
     TriMesh {
-        vertices: (0..vertices).map(|i| end + 12 * i).map(|o| DVec3::new(float(o), float(o + 4), float(o + 8))).collect(),
+        vertices: (0..vertices)
+            .map(|i| end + 12 * i)
+            .map(|o| DVec3::new(float(o), float(o + 4), float(o + 8)))
+            .collect(),
         triangles: (0..faces).map(|i| start + 13 * i + 1).map(|o| [int(o), int(o + 4), int(o + 8)]).collect(),
     }
 }
@@ -93,7 +109,14 @@ fn probe_scans() {
     };
     let folder = std::path::Path::new(&folder).join("surface");
     let only = std::env::var("ONLY").unwrap_or_default();
-    for (name, tets) in [("bunny_5k", 20_000), ("spot_3k", 20_000), ("armadillo_8k", 20_000), ("elephant_6k", 20_000), ("bunny_1.5k", 20_000), ("bunny_5k", 300_000)] {
+    for (name, tets) in [
+        ("bunny_5k", 20_000),
+        ("spot_3k", 20_000),
+        ("armadillo_8k", 20_000),
+        ("elephant_6k", 20_000),
+        ("bunny_1.5k", 20_000),
+        ("bunny_5k", 300_000),
+    ] {
         if !format!("{name}:{tets}").contains(&only) {
             continue;
         }

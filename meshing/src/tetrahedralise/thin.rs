@@ -88,10 +88,9 @@ pub fn occupy(walls: &[Middle], mesh: &mut Complex, phi: &mut [f64], edge: f64) 
         for &(d, v) in near.iter().filter(|n| !locked[n.1 as usize]).take(4) {
             let view = mesh.view(v);
             let floor = angle_score(6.0);
-            let place = [1.0, 0.75]
-                .map(|part| mesh.points[v as usize].lerp(wall.at, part))
-                .into_iter()
-                .find(|&p| d < 0.9 * edge && p.distance(wall.at) < 0.5 * wall.radius && worst_from(p, &view, floor) > floor);
+            let place = [1.0, 0.75].map(|part| mesh.points[v as usize].lerp(wall.at, part)).into_iter().find(|&p| {
+                d < 0.9 * edge && p.distance(wall.at) < 0.5 * wall.radius && worst_from(p, &view, floor) > floor
+            });
             if let Some(p) = place {
                 mesh.points[v as usize] = p;
                 phi[v as usize] = -(wall.radius - p.distance(wall.at));

@@ -120,7 +120,8 @@ impl Tile {
         let mut length = 0.0;
         for &tet in &living {
             let c = mesh.corners(tet);
-            length += (0..6).map(|k| pair([0, 1, 2, 3], k)).map(|[i, j]| c[i as usize].distance(c[j as usize])).sum::<f64>();
+            length +=
+                (0..6).map(|k| pair([0, 1, 2, 3], k)).map(|[i, j]| c[i as usize].distance(c[j as usize])).sum::<f64>();
         }
         let mean = length / (6 * living.len()) as f64;
         let period = n as f64;
@@ -142,10 +143,14 @@ mod tests {
     #[test]
     fn the_lattice_fills_the_torus() {
         let mesh = lattice(4);
-        let volume: f64 = mesh.tets.iter().map(|&t| {
-            let [a, b, c, d] = mesh.corners(t);
-            (b - a).dot((c - a).cross(d - a)) / 6.0
-        }).sum();
+        let volume: f64 = mesh
+            .tets
+            .iter()
+            .map(|&t| {
+                let [a, b, c, d] = mesh.corners(t);
+                (b - a).dot((c - a).cross(d - a)) / 6.0
+            })
+            .sum();
         assert_eq!(mesh.tets.len(), 12 * 64);
         assert!((volume - 64.0).abs() < 1e-9);
         assert!((mesh.worst(&mesh.living().collect::<Vec<_>>()) - angle_score(60.0)).abs() < 1e-9);
@@ -171,7 +176,15 @@ mod tests {
                     count += 1.0;
                 }
             }
-            println!("n {n} {dt:.2}s tets {} (start {}) min {:.1} 1% {:.1} 10% {:.1} cubic {:+.3}% ", tile.tets.len(), 12*n*n*n, scores[0], scores[scores.len() / 100], scores[scores.len()/10], (s4 / count / 0.6 - 1.0) * 100.0);
+            println!(
+                "n {n} {dt:.2}s tets {} (start {}) min {:.1} 1% {:.1} 10% {:.1} cubic {:+.3}% ",
+                tile.tets.len(),
+                12 * n * n * n,
+                scores[0],
+                scores[scores.len() / 100],
+                scores[scores.len() / 10],
+                (s4 / count / 0.6 - 1.0) * 100.0
+            );
         }
     }
 }
