@@ -42,7 +42,7 @@ fn solids_come_back_to_the_bit() {
     assert_eq!(left, 8);
 }
 
-/// Independent readers see what ours see.
+/// The crates see our files as they are, without what our readers do around them.
 #[test]
 fn other_libraries_read_our_surfaces() {
     let mesh = octahedron();
