@@ -38,7 +38,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriMesh, MeshError> {
             // The line at fault is the last one that tobj has taken.
             let taken = &plain.text[..plain.text.len() - reader.into_inner().1.len()];
             let start = taken.trim_end_matches('\n').rfind('\n').map_or(0, |n| n + 1);
-            return Err(at.marked(start).unexpected(expected, &taken.as_bytes()[start..].trim_ascii_end()));
+            return Err(at.marked(start).unexpected(expected, taken.as_bytes()[start..].trim_ascii_end()));
         }
     };
 
@@ -72,27 +72,25 @@ impl Plain {
         let mut plain = Plain { text: String::with_capacity(file.len()), ..Plain::default() };
         let mut lines = file.lines();
         while let Some(line) = lines.next() {
-            let wanted = match line.split_whitespace().next() {
-                Some("v") => &mut plain.vertices,
-                Some("f") => &mut plain.faces,
+            // Of a vertex the coordinates, of a face all.
+            let (starts, words) = match line.split_whitespace().next() {
+                Some("v") => (&mut plain.vertices, 4),
+                Some("f") => (&mut plain.faces, usize::MAX),
                 _ => {
                     plain.text.push('\n');
                     continue;
                 }
             };
-            wanted.push(plain.text.len());
-            let (mut part, mut continued) = (line, 0);
-            let words = if line.trim_start().starts_with('v') { 4 } else { usize::MAX };
-            let mut taken = 0;
+            starts.push(plain.text.len());
+            let (mut part, mut taken, mut continued) = (line, 0, 0);
             loop {
                 let bare = part.split('#').next().unwrap_or_default().trim_end();
-                let joined = bare.strip_suffix('\\');
-                for word in joined.unwrap_or(bare).split_whitespace().take(words - taken) {
-                    plain.text.push_str(word);
-                    plain.text.push(' ');
+                let open = bare.strip_suffix('\\');
+                for word in open.unwrap_or(bare).split_whitespace().take(words - taken) {
+                    plain.text.extend([word, " "]);
                     taken += 1;
                 }
-                match joined.and_then(|_| lines.next()) {
+                match open.and_then(|_| lines.next()) {
                     Some(next) => (part, continued) = (next, continued + 1),
                     None => break,
                 }

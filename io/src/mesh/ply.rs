@@ -77,15 +77,15 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriMesh, MeshError> {
     let (mut faces, mut corners) = (Vec::new(), Vec::new());
     for element in header.elements.values().filter(|e| !e.properties.is_empty()) {
         let kind = |name: &str| element.properties.get(name).map(|p| &p.data_type);
+        let is_vertex = element.name == "vertex";
+        if is_vertex && !AXES.iter().all(|a| matches!(kind(a), Some(PropertyType::Scalar(_)))) {
+            return Err(at.unexpected("vertex properties x, y and z", b"a header without them"));
+        }
         at.count(
             element.count as u64,
             least(element, text),
             &format!("elements '{}'", shorten(element.name.as_bytes())),
         )?;
-        let is_vertex = element.name == "vertex";
-        if is_vertex && !AXES.iter().all(|a| matches!(kind(a), Some(PropertyType::Scalar(_)))) {
-            return Err(at.unexpected("vertex properties x, y and z", b"a header without them"));
-        }
         let is_face = element.name == "face" && element.properties.keys().any(|name| is_corners(name));
         for n in 0..element.count {
             let row = row(&mut at, header.encoding, element)?;
@@ -130,7 +130,11 @@ fn header(at: &mut Cursor) -> Result<Header, MeshError> {
     let lines = head.lines().filter(|l| l.starts_with("element") || l.starts_with("property")).count();
     let named = header.elements.values().map(|e| 1 + e.properties.len()).sum();
     if lines != named {
-        return Err(at.unexpected("each element and property once", b"one name twice"));
+        let problem = Problem::Unexpected {
+            expected: "a header that names each element and property once".into(),
+            found: "one name twice".into(),
+        };
+        return Err(MeshError::content(at.path(), Place::Whole, problem));
     }
     at.skip(end);
     Ok(header)
@@ -182,7 +186,7 @@ fn spelled_out(line: &str) -> String {
     for word in line.split_whitespace() {
         match (number::<i64>(word.as_bytes()), number::<f64>(word.as_bytes())) {
             (None, Some(x)) if x.is_finite() => out += &format!("{x:e} "),
-            (None, Some(_)) => out += "1e999 ",
+            (None, Some(x)) => out += if x < 0.0 { "-1e999 " } else { "1e999 " },
             _ => out.extend([word, " "]),
         }
     }

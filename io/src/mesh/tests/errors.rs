@@ -99,7 +99,7 @@ fn errors_of_the_crates_become_one_sentence() {
             "test.ply, line 12: expected the numbers that the header declares",
         ),
         ("ply", ply("0 0 0\n1 0 0\n0 1 x\n3 0 1 2\n"), "an element 'vertex', found '0 1 x'"),
-        ("ply", ply("0 0 0\n1 0 0\n0 1 -inf\n3 0 1 2\n"), "test.ply, line 12: vertex 2 has the coordinate inf,"),
+        ("ply", ply("0 0 0\n1 0 0\n0 1 -inf\n3 0 1 2\n"), "test.ply, line 12: vertex 2 has the coordinate -inf,"),
         ("ply", ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"), "test.ply, line 13: face 0 uses vertex 3,"),
         ("ply", ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"), "face 0 uses vertex -1,"),
         ("ply", ply("0 0 0\n1 0 0\n0 1 0\n2 0 1\n"), "test.ply, line 13: face 0 has 2 corners;"),
@@ -112,7 +112,7 @@ fn errors_of_the_crates_become_one_sentence() {
         (
             "ply",
             ply("").replace("double z", "double y") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
-            "each element and property once",
+            "test.ply: expected a header that names each element",
         ),
         (
             "ply",
