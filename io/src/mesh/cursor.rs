@@ -1,6 +1,6 @@
 //! A place in the bytes of a mesh file, from which words, lines, and text or binary numbers are read.
 //!
-//! Gmsh, PLY and VTK files start as text and go on as text or binary with the same fields; one cursor for both lets
+//! Gmsh and VTK files start as text and go on as text or binary with the same fields; one cursor for both lets
 //! each format describe its fields once. No count of a header is believed before it is held against the bytes left.
 //! Line numbers are counted only when an error needs one.
 

@@ -10,9 +10,9 @@
 //! | `.vtu` | tetrahedra | ascii, base64, appended; zlib or plain | appended raw |
 //! | `.vtk` | tetrahedra | legacy, ascii and binary | no |
 //!
-//! All readers are our own, so that errors name line and element. Looked at: `tobj` gives single precision, no line
-//! numbers, and cuts a surface apart at its groups; `ply-rs-bw` answers `nan` and `.5` with several lines of grammar;
-//! `stl_io` knows no lines. These three read our files in the tests. `mshio` lacks 2.2, `vtkio` raw-appended data.
+//! OBJ is read by `tobj`, PLY and STL are read and written by `ply-rs-bw` and `stl_io`; around them are the errors that
+//! name line and element, and what each does not do (see its file). The tetrahedral formats are our own: `mshio` lacks
+//! version 2.2, `vtkio` raw-appended data.
 //!
 //! Quads and larger polygons become fans. Tetrahedra come out with positive volume and without unused vertices.
 

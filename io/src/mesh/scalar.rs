@@ -23,16 +23,16 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// The type behind a name of PLY (`uchar`, `float64`), VTU (`UInt8`) or legacy VTK (`vtktypeint64`, `double`).
-    /// PLY has no `long`; in VTK files it means 64 bits, as written on today's machines.
+    /// The type behind a name of VTU (`UInt8`) or legacy VTK (`vtktypeint64`, `double`). `long` means 64 bits, as written
+    /// on today's machines.
     pub(super) fn named(name: &str) -> Option<Self> {
         Some(match name.to_ascii_lowercase().as_str() {
             "char" | "int8" | "signed_char" => Self::I8,
-            "uchar" | "uint8" | "unsigned_char" => Self::U8,
+            "uint8" | "unsigned_char" => Self::U8,
             "short" | "int16" => Self::I16,
-            "ushort" | "uint16" | "unsigned_short" => Self::U16,
+            "uint16" | "unsigned_short" => Self::U16,
             "int" | "int32" => Self::I32,
-            "uint" | "uint32" | "unsigned_int" => Self::U32,
+            "uint32" | "unsigned_int" => Self::U32,
             "long" | "int64" | "vtktypeint64" | "vtkidtype" => Self::I64,
             "unsigned_long" | "uint64" | "vtktypeuint64" => Self::U64,
             "float" | "float32" => Self::F32,

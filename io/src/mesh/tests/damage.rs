@@ -109,6 +109,29 @@ fn absurd_counts_are_refused_at_once() {
     assert!(!check("stl", &stl));
 }
 
+/// Lengths of PLY lists that are negative, fractions or larger than the file; a text of one endless continued line.
+#[test]
+fn absurd_lists_and_lines_are_refused() {
+    for length in ["char", "short", "int", "uint", "float", "double"] {
+        for item in ["char", "int", "double"] {
+            for order in ["binary_little_endian", "binary_big_endian"] {
+                let mut file =
+                    format!("ply\nformat {order} 1.0\nelement face 2\nproperty list {length} {item} vertex_indices\nend_header\n")
+                        .into_bytes();
+                file.extend([0xff; 40]);
+                assert!(!check("ply", &file), "{length} {item}");
+            }
+        }
+    }
+    // Text as `ply-rs-bw` would take it: a row of nothing is a row.
+    assert!(!check(
+        "ply",
+        b"ply\nformat ascii 1.0\nelement face 9\nproperty list int int vertex_indices\nend_header\n-1\n"
+    ));
+    assert!(!check("obj", &b"f \\\n".repeat(200_000)));
+    assert!(!check("obj", &b"f 1 2 -9/-9/-9223372036854775808\nvt 0 0\nvn 0 0 1\n".repeat(2)));
+}
+
 /// A zlib stream of a few kilobytes that would unpack to megabytes is not unpacked: its announced size is wrong.
 #[test]
 fn packed_floods_stay_packed() {

@@ -48,7 +48,7 @@ fn each_error_names_file_place_element_and_cure() {
     );
     assert_eq!(
         message("obj", "v 0 0 0\nv 1 0 x\n"),
-        "test.obj, line 2: expected a coordinate, found 'x'; correct it or write the file again"
+        "test.obj, line 2: expected a vertex with three coordinates, found 'v 1 0 x'; correct it or write the file again"
     );
     assert_eq!(
         message("obj", "v 0 0 0\nv 1 0 0\nf -1 -2 -3\n"),
@@ -66,6 +66,77 @@ fn each_error_names_file_place_element_and_cure() {
     );
 }
 
+/// What `tobj`, `ply-rs-bw` and `stl_io` say in several lines or without a place.
+#[test]
+fn errors_of_the_crates_become_one_sentence() {
+    const V: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let ply = |rows: &str| {
+        let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty double z\n\
+                    element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+        format!("{head}{rows}")
+    };
+    let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    let stl = |second: &str| format!("solid a\n{facet}{second}endsolid a\n");
+    let cases = [
+        ("obj", format!("# é\n{V}g a\nf 1 2 3\ng b\n\nf 1/9/9 2 4\n"), "test.obj, line 9: face 2 uses vertex 4,"),
+        ("obj", format!("{V}f 1 2 0\n"), "test.obj, line 4: face 1 uses vertex 0,"),
+        ("obj", format!("f 1 2 -1\n{V}"), "test.obj, line 1: face 1 uses vertex -1,"),
+        ("obj", format!("{V}f 1 2 -9223372036854775808\n"), "face 1 uses vertex -9223372036854775808,"),
+        ("obj", format!("{V}f 1 2 9223372036854775807\n"), "face 1 uses vertex 9223372036854775807,"),
+        (
+            "obj",
+            format!("{V}f 1 2 99999999999999999999\n"),
+            "test.obj, line 4: expected a face of vertex numbers, found",
+        ),
+        ("obj", format!("{V}f 1 2 3/1/1/1\n"), "line 4: expected a face of vertex numbers, found 'f 1 2 3/1/1/1'"),
+        ("obj", format!("{V}f 1 2 /3\n"), "line 4: expected a vertex number, found '/3'"),
+        ("obj", format!("{V}v 0 nan 0\nf 1 2 3\n"), "test.obj, line 4: vertex 4 has the coordinate NaN,"),
+        ("obj", "v 0 0 \\\n0\nv 1 0 0\nv 0 -inf 0\nf 1 2 3".into(), "line 4: vertex 3 has the coordinate -inf,"),
+        ("obj", "v 0 0 0\nv 1 0 0\nf 1 2\n".into(), "test.obj, line 3: face 1 has 2 corners;"),
+        (
+            "ply",
+            ply("0 0 0\n1 0 0\n0 1\n3 0 1 2\n"),
+            "test.ply, line 12: expected the numbers that the header declares",
+        ),
+        ("ply", ply("0 0 0\n1 0 0\n0 1 x\n3 0 1 2\n"), "an element 'vertex', found '0 1 x'"),
+        ("ply", ply("0 0 0\n1 0 0\n0 1 -inf\n3 0 1 2\n"), "test.ply, line 12: vertex 2 has the coordinate -inf,"),
+        ("ply", ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n"), "test.ply, line 13: face 0 uses vertex 3,"),
+        ("ply", ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n"), "face 0 uses vertex -1,"),
+        ("ply", ply("0 0 0\n1 0 0\n0 1 0\n2 0 1\n"), "test.ply, line 13: face 0 has 2 corners;"),
+        ("ply", ply("0 0 0\n1 0 0\n0 1 0\n"), "the file ends inside the elements 'face';"),
+        (
+            "ply",
+            ply("").replace("int vert", "float vert") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+            "line 13: expected the numbers",
+        ),
+        (
+            "ply",
+            ply("").replace("double z", "double y") + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+            "test.ply: expected a header that names each element",
+        ),
+        (
+            "ply",
+            ply("").replace("double z", "quad z"),
+            "test.ply, line 6: expected a line of a PLY header, found 'property quad z'",
+        ),
+        ("ply", ply("").replace("format ascii 1.0\n", ""), "test.ply: expected a line 'format ascii 1.0'"),
+        ("ply", ply("").replace("ply\n", "plx\n"), "test.ply, line 1: expected 'ply' as the first line, found 'plx'"),
+        ("ply", ply("").replace("double z", "double w"), "expected vertex properties x, y and z"),
+        (
+            "stl",
+            stl("facet normal 0 0 1\nouter loop\nvertex 0 0 x\n"),
+            "test.stl, line 9: expected facet 1 as 'facet',",
+        ),
+        ("stl", stl("\nfacet normal 0 0 1\nouter loop\nvertex 0 nan 0\n"), "test.stl, line 10: expected facet 1 as"),
+        ("stl", format!("solid a\n{facet}"), "the file ends inside facet 1;"),
+        ("stl", "solid a\nendsolid a\n".into(), "test.stl: there are no triangles in it;"),
+    ];
+    for (extension, file, expected) in cases {
+        let message = message(extension, &file);
+        assert!(message.contains(expected) && !message.contains('\n'), "{message}\n{expected}");
+    }
+}
+
 #[test]
 fn in_binary_files_the_byte_is_named() {
     let mut mesh = wedge();
@@ -76,6 +147,20 @@ fn in_binary_files_the_byte_is_named() {
     assert!(message.contains("tetrahedron 3 uses vertex 1001"), "{message}");
     // It is the last number of the element.
     assert!(byte < file.len() && byte > file.len() - 150, "{message}");
+
+    // Facet 2 starts at byte 84 + 2 · 50; its second corner is vertex 7.
+    let mut file = written(|o| stl::write(&octahedron(), o));
+    file[84 + 2 * 50 + 28..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    assert!(self::message("stl", &file).contains("test.stl, byte 184: vertex 7 has the coordinate NaN,"));
+    // The third of eight triangles of 13 bytes, and the second of six vertices of 24 bytes.
+    let file = written(|o| ply::write(&octahedron(), o));
+    let (face, vertex) = (file.len() - 6 * 13, file.len() - 8 * 13 - 5 * 24);
+    let mut lost = file.clone();
+    lost[face + 1] = 77;
+    assert!(self::message("ply", &lost).contains(&format!("byte {face}: face 2 uses vertex 77,")));
+    let mut nan = file;
+    nan[vertex + 8..][..8].fill(0xff);
+    assert!(self::message("ply", &nan).contains(&format!("byte {vertex}: vertex 1 has the coordinate NaN,")));
 }
 
 #[test]

@@ -122,6 +122,37 @@ fn stl_corners_are_joined_and_solid_headers_do_not_deceive() {
     assert_eq!(surface("stl", binary), mesh);
 }
 
+/// What the crates would refuse or silently drop, and other programs write.
+#[test]
+fn what_the_crates_would_refuse_is_read() {
+    // Several solids, without names, in capitals, with normals that are no numbers; −0 is 0.
+    let facets: Vec<&str> = ASCII_STL.split_inclusive("endfacet\n").collect();
+    let first = ASCII_STL.find("  FACET").unwrap();
+    let (one, other) = (&ASCII_STL[..first], &ASCII_STL[first..]);
+    let several = format!("{one}endsolid a\n\nsolid\n{other}").replace("normal 0 -1 0", "normal nan -nan(ind) 0");
+    let mesh = surface("stl", ASCII_STL);
+    assert_eq!(facets.len(), 4);
+    assert_eq!(surface("stl", &several), mesh);
+    assert_eq!(surface("stl", several.to_uppercase().replace('\n', "\r\n")), mesh);
+
+    // Two groups share their vertices; two that only lie at the same place stay two; unused ones keep their number.
+    let text = b"v 9 9 9\nv 0 0 0\nv 1 0 0 .5 .5 .5\nv 0 1 0 1 1 1 1\nv 0 0 0\nv 0 0 1\no caf\xe9\nf 2 3 4\ng b\nl 1 2\nf 5 3 6 # \\\nf 4 3 6\n";
+    let mesh = surface("obj", text);
+    assert_eq!(mesh.triangles, [[1, 2, 3], [4, 2, 5], [3, 2, 5]]);
+    assert_eq!((mesh.vertices.len(), mesh.vertices[0]), (6, DVec3::splat(9.0)));
+
+    // Doubles keep their digits in text, also where the crate knows no such spelling; comments may be in any encoding.
+    let mut file = b"ply\nformat ascii 1.0\ncomment caf\xe9\n".to_vec();
+    file.extend(
+        b"element vertex 3\nproperty double x\nproperty double y\nproperty double z\nproperty int n\n\
+          element face 1\nproperty list uchar int vertex_index\nend_header\n\n\
+          .1234567890123456 -.5 5. 1\n0 1.e-3 +.25 -7\n1 0 0 2147483647\n\n3 0 1 2",
+    );
+    let mesh = surface("ply", file);
+    let expected = [DVec3::new(0.1234567890123456, -0.5, 5.0), DVec3::new(0.0, 1e-3, 0.25), DVec3::X];
+    assert_eq!((&mesh.vertices[..], &mesh.triangles[..]), (&expected[..], &[[0, 1, 2]][..]));
+}
+
 #[test]
 fn tetgen_from_one_with_comments_attributes_markers_and_left_handed_tetrahedra() {
     let t = wedge();

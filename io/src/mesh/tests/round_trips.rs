@@ -42,7 +42,7 @@ fn solids_come_back_to_the_bit() {
     assert_eq!(left, 8);
 }
 
-/// Independent readers see what ours see.
+/// The crates see our files as they are, without what our readers do around them.
 #[test]
 fn other_libraries_read_our_surfaces() {
     let mesh = octahedron();
@@ -50,7 +50,7 @@ fn other_libraries_read_our_surfaces() {
     let options = tobj::LoadOptions::default();
     let (models, _) = tobj::load_obj_buf(&mut &obj[..], &options, |_| unreachable!("no materials")).unwrap();
     let theirs = &models[0].mesh; // renumbered by first use
-    let place = |v: u32| DVec3::from_slice(&[0, 1, 2].map(|k| f64::from(theirs.positions[3 * v as usize + k])));
+    let place = |v: u32| DVec3::from_slice(&[0, 1, 2].map(|k| theirs.positions[3 * v as usize + k]));
     let corners: Vec<DVec3> = theirs.indices.iter().map(|&v| place(v)).collect();
     let ours: Vec<DVec3> = (0..8).flat_map(|t| mesh.corners(t)).collect();
     assert_eq!((models.len(), theirs.positions.len(), corners), (1, 18, ours));
