@@ -173,6 +173,49 @@ fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], 
     }
 }
 
+/// An edge from a vertex on the surface to one outside should not run through the solid: it would cross the surface once
+/// more and not be cut there. Its end on the surface goes back inside if it came from there, or the outer end is pulled
+/// onto the surface as well.
+fn uncross(
+    solid: &dyn Solid,
+    mesh: &mut Complex,
+    phi: &mut [f64],
+    dim: &mut [u8],
+    (points, depth): (&[DVec3], &[f64]),
+    edge: f64,
+) {
+    let (shared, values) = (&*mesh, &*phi);
+    let outer: Vec<u32> = (0..phi.len() as u32).filter(|&v| phi[v as usize] > 0.0 && phi[v as usize] < 1.2 * edge).collect();
+    let mut wrong: Vec<(f64, u32, u32)> = outer
+        .into_par_iter()
+        .flat_map_iter(|o| shared.neighbours(o).into_iter().map(move |z| (z, o)))
+        .filter(|&(z, _)| values[z as usize] == 0.0)
+        .map(|(z, o)| {
+            let (p, q) = (shared.points[z as usize], shared.points[o as usize]);
+            (solid.signed_distance(p.lerp(q, 0.5), edge).min(solid.signed_distance(p.lerp(q, 0.25), edge)), z, o)
+        })
+        .filter(|w| w.0 < -0.12 * edge)
+        .collect();
+    wrong.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let floor = angle_score(2.0);
+    for (_, z, o) in wrong {
+        let (zi, oi) = (z as usize, o as usize);
+        if phi[zi] != 0.0 || phi[oi] <= 0.0 {
+            continue;
+        }
+        if dim[zi] == 2 && depth[zi] < -0.05 * edge && worst_from(points[zi], &mesh.view(z), floor) > floor {
+            mesh.points[zi] = points[zi];
+            (phi[zi], dim[zi]) = (depth[zi], 3);
+            continue;
+        }
+        let to = solid.project(mesh.points[oi]);
+        if phi[oi] < 0.6 * edge && worst_from(to, &mesh.view(o), floor) > floor {
+            mesh.points[oi] = to;
+            (phi[oi], dim[oi]) = (0.0, 2);
+        }
+    }
+}
+
 /// Tetrahedra in the middle of the solid that would be cut away for want of an inner vertex get one: a vertex that was
 /// inside before it was pulled goes back, or else the deepest one is brought in.
 fn rescue(
@@ -189,6 +232,7 @@ fn rescue(
             && tet.iter().any(|&v| phi[v as usize] > 0.0)
             && tet.iter().all(|&v| phi[v as usize] < 2.0 * edge)
     };
+    uncross(solid, mesh, phi, dim, (&points, &depth), edge);
     for part in [0.25, 0.12] {
         let (shared, values) = (&*mesh, &*phi);
         let all: Vec<u32> = mesh.living().collect();
