@@ -24,6 +24,7 @@ use crate::quality::Report;
 use crate::{TetMesh, TriMesh};
 use glam::DVec3;
 use improve::Body;
+use smooth::Random;
 use thiserror::Error;
 use tile::Tile;
 
@@ -143,43 +144,53 @@ pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), M
         let tets = volume / (TET_VOLUME * size.powi(3));
         return Err(MeshError::TooFine { size, tets, advice: (volume / (TET_VOLUME * 1e6)).cbrt() });
     }
-    let filled = stuff::fill(solid, &tile, edge);
-    let mut body = Body { mesh: filled.mesh, dim: filled.dim, solid, size, slack: 0.0, floor: 11.0 };
-    let clock = std::time::Instant::now();
-    let lap = |what: &str| if std::env::var("DBG").is_ok() { println!("   {what} {:.2}", clock.elapsed().as_secs_f64()) };
-    body.settle();
-    euler(&body, "cut");
-    body.unpinch(true);
-    lap("unpinch");euler(&body, "unpinch");
-    body.improve(AIM, 8, options.seed);
-    lap("improve");euler(&body, "improve");
-    body.fit(options.seed);
-    lap("fit");euler(&body, "fit");
-    body.unpinch(false);
-    body.improve(AIM, 8, options.seed ^ 1);
-    body.slack = 0.15;
-    body.improve(MIN_DIHEDRAL + 1.0, 12, options.seed ^ 2);
-    body.unpinch(false);
-    if std::env::var("DBG").is_ok() {
-        let mut worst: Vec<(f64, [u32; 3], u32)> = body.mesh.boundary().into_iter().map(|(f, t)| {
-            let c = f.map(|v| body.mesh.points[v as usize]);
-            let m = [(c[0]+c[1])/2.0, (c[1]+c[2])/2.0, (c[0]+c[2])/2.0, (c[0]+c[1]+c[2])/3.0, c[0], c[1], c[2]];
-            (m.iter().map(|&p| body.off(p) / size).fold(0.0, f64::max), f, t)
-        }).collect();
-        worst.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for w in worst.iter().take(6) {
-            let c = w.1.map(|v| body.mesh.points[v as usize]);
-            let sd = |p: DVec3| (solid.signed_distance(p, 9.0) / size * 1000.0).round() / 1000.0;
-            println!("   {:.3} dim {:?} vertex off {:?} mids {:?} edges {:?} at {:.3}", w.0, w.1.map(|v| body.dim[v as usize]), c.map(sd), [0,1,2].map(|k| sd((c[k]+c[(k+1)%3])/2.0)), [0,1,2].map(|k| (c[k].distance(c[(k+1)%3])/size*100.0).round()/100.0), c[0]);
+    let mut best: Option<(TetMesh, Report)> = None;
+    for attempt in 0..ATTEMPTS {
+        let mut random = Random::of(options.seed, 100 + attempt);
+        let shift = DVec3::new(random.unit(), random.unit(), random.unit());
+        let mesh = once(solid, &tile, size, shift, options.seed ^ (attempt << 48));
+        if mesh.tets.is_empty() {
+            continue;
+        }
+        let report = Report::against(&mesh, solid, size);
+        if std::env::var("DBG").is_ok() { println!("  attempt {attempt}: min {:.1} s->m {:.3} m->s {:.3}", report.min_dihedral, report.surface_to_mesh.sizes, report.mesh_to_surface.sizes); }
+        let done = flaw(&report) == 0.0;
+        if best.as_ref().is_none_or(|b| flaw(&report) < flaw(&b.1)) {
+            best = Some((mesh, report));
+        }
+        if done {
+            break;
         }
     }
-    let mesh = body.finish();
-    if mesh.tets.is_empty() {
+    best.ok_or_else(|| {
         let (lo, hi) = solid.bounds();
-        return Err(MeshError::TooCoarse { size, advice: (hi - lo).min_element() / 2.0 });
-    }
-    let report = Report::against(&mesh, solid, size);
-    Ok((mesh, report))
+        MeshError::TooCoarse { size, advice: (hi - lo).min_element() / 2.0 }
+    })
+}
+
+/// Times that the background is shifted if a promise is missed.
+const ATTEMPTS: u64 = 4;
+/// Promised largest distance between surface and boundary, in element sizes.
+pub const MAX_DEVIATION: f64 = 0.35;
+
+/// By how much a mesh misses the promises; 0 if it keeps them.
+fn flaw(report: &Report) -> f64 {
+    (report.hausdorff().sizes - MAX_DEVIATION).max(0.0) + (MIN_DIHEDRAL - report.min_dihedral).max(0.0)
+}
+
+fn once(solid: &dyn Solid, tile: &Tile, size: f64, shift: DVec3, seed: u64) -> TetMesh {
+    let filled = stuff::fill(solid, tile, size * EDGE, shift);
+    let mut body = Body { mesh: filled.mesh, dim: filled.dim, solid, size, slack: 0.0, floor: 11.0 };
+    body.settle();
+    body.unpinch(true);
+    body.improve(AIM, 8, seed);
+    body.fit(seed);
+    body.unpinch(false);
+    body.improve(AIM, 8, seed ^ 1);
+    body.slack = 0.15;
+    body.improve(MIN_DIHEDRAL + 1.0, 12, seed ^ 2);
+    body.unpinch(false);
+    body.finish()
 }
 
 /// Volume of a mean tetrahedron in cubed element sizes.
@@ -230,19 +241,3 @@ fn check(surface: &TriMesh, options: &Options) -> Result<(), MeshError> {
 
 #[cfg(test)]
 mod tests;
-
-fn euler(body: &Body, what: &str) {
-    if std::env::var("DBG").is_err() { return; }
-    let f = body.mesh.boundary();
-    let mut v: Vec<u32> = f.iter().flat_map(|f| f.0).collect();
-    v.sort_unstable();
-    v.dedup();
-    for (f, t) in f.iter() {
-        let c = f.map(|v| body.mesh.points[v as usize]);
-        let m = (c[0] + c[1] + c[2]) / 3.0;
-        let d = body.solid.signed_distance(m, 9.0) / body.size;
-        if d < -0.3 { println!("      deep {d:.3} at {m:.3} dim {:?} off {:.2?} score {:.1} back {:.2} tri {f:?}", f.map(|v| body.dim[v as usize]), c.map(|p| body.off(p) / body.size), (-body.mesh.score(body.mesh.tets[*t as usize])).acos().to_degrees(),
-            body.solid.signed_distance(m + (c[1] - c[0]).cross(c[2] - c[0]).normalize() * 0.2 * body.size, 9.0) / body.size); }
-    }
-    println!("   {what} euler {}", v.len() as i64 - f.len() as i64 / 2);
-}

@@ -29,16 +29,17 @@ pub struct Filled {
 /// Number of background vertices that a size would need; an upper bound.
 pub fn background_points(solid: &dyn Solid, tile: &Tile, edge: f64) -> f64 {
     let (lo, hi) = solid.bounds();
-    let blocks = ((hi - lo) / (tile.side * edge)).ceil() + 2.0;
+    let blocks = ((hi - lo) / (tile.side * edge)).ceil() + 3.0;
     blocks.x * blocks.y * blocks.z * tile.points.len() as f64
 }
 
-/// Fills the solid with tetrahedra whose mean background edge is `edge` [m].
-pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64) -> Filled {
+/// Fills the solid with tetrahedra whose mean background edge is `edge` [m]; `shift` in [0, 1)³ moves the background by
+/// that part of a tile.
+pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64, shift: DVec3) -> Filled {
     let walls = thin::walls(solid, edge);
     // walls may need vertices that are outside for now
     let margin = if walls.is_empty() { 0.0 } else { 1.1 * edge };
-    let (mut mesh, mut phi) = background(solid, tile, edge, margin);
+    let (mut mesh, mut phi) = background(solid, tile, edge, margin, shift);
     let mut dim = vec![3u8; mesh.points.len()];
     let locked = thin::occupy(&walls, &mut mesh, &mut phi, edge);
     let before = (mesh.points.clone(), phi.clone());
@@ -48,12 +49,12 @@ pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64) -> Filled {
 }
 
 /// Background tetrahedra with at least one vertex inside or less than `margin` outside, and the signed distance at the vertices.
-fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64) -> (Complex, Vec<f64>) {
+fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64, shift: DVec3) -> (Complex, Vec<f64>) {
     let (lo, hi) = solid.bounds();
     let side = tile.side * edge;
-    let blocks = ((hi - lo) / side).ceil().as_ivec3() + 2;
+    let blocks = ((hi - lo) / side).ceil().as_ivec3() + 3;
     let spare = blocks.as_dvec3() * side - (hi - lo);
-    let origin = lo - spare / 2.0;
+    let origin = lo - spare / 2.0 + (shift - 0.5) * side * 0.9;
     let block_at = |i: usize| {
         let i = i as i32;
         IVec3::new(i / (blocks.y * blocks.z), i / blocks.z % blocks.y, i % blocks.z)
@@ -194,7 +195,7 @@ fn uncross(
             let (p, q) = (shared.points[z as usize], shared.points[o as usize]);
             (solid.signed_distance(p.lerp(q, 0.5), edge).min(solid.signed_distance(p.lerp(q, 0.25), edge)), z, o)
         })
-        .filter(|w| w.0 < -0.12 * edge)
+        .filter(|w| w.0 < -0.2 * edge)
         .collect();
     wrong.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let floor = angle_score(2.0);

@@ -3,6 +3,7 @@
 use super::*;
 use std::time::Instant;
 
+/// What a line of the table says.
 fn show(name: &str, surface: &TriMesh, size: f64) -> (TetMesh, Report) {
     let start = Instant::now();
     let (mesh, r) = tetrahedralise(surface, &Options::new(size)).unwrap_or_else(|e| panic!("{name}: {e}"));
