@@ -5,7 +5,6 @@ use crate::tetmesh::{FACES, TetMesh};
 use crate::tetrahedralise::Solid;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 /// A largest distance and where it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -61,22 +60,28 @@ pub fn dihedral_angles(corners: [DVec3; 4]) -> [f64; 6] {
 
 /// Boundary triangles of a mesh, wound outwards, in the order of their tetrahedra.
 pub fn boundary(mesh: &TetMesh) -> Vec<[u32; 3]> {
-    let mut seen: HashMap<[u32; 3], u8> = HashMap::with_capacity(2 * mesh.tets.len());
-    let faces = || mesh.tets.iter().flat_map(|t| FACES.map(|f| f.map(|k| t[k])));
-    let key = |mut f: [u32; 3]| {
-        f.sort_unstable();
-        f
-    };
-    for f in faces() {
-        *seen.entry(key(f)).or_insert(0) += 1;
-    }
-    faces().filter(|&f| seen[&key(f)] == 1).collect()
+    let face = |n: u32| FACES[n as usize % 4].map(|k| mesh.tets[n as usize / 4][k]);
+    let mut all: Vec<([u32; 3], u32)> = (0..4 * mesh.tets.len() as u32)
+        .into_par_iter()
+        .map(|n| {
+            let mut key = face(n);
+            key.sort_unstable();
+            (key, n)
+        })
+        .collect();
+    all.par_sort_unstable();
+    let mut single: Vec<u32> = all.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).map(|s| s[0].1).collect();
+    single.sort_unstable();
+    single.into_iter().map(face).collect()
 }
 
 impl Report {
     /// Measures a mesh by itself.
     pub fn of(mesh: &TetMesh) -> Self {
-        let outer = boundary(mesh);
+        Self::inner(mesh, &boundary(mesh))
+    }
+
+    fn inner(mesh: &TetMesh, outer: &[[u32; 3]]) -> Self {
         let mut report = Self {
             tets: mesh.tets.len(),
             vertices: mesh.vertices.len(),
@@ -103,7 +108,7 @@ impl Report {
                 count += 1.0;
             }
         }
-        for f in &outer {
+        for f in outer {
             quartic -= quartic_of(f.map(|v| mesh.vertices[v as usize]));
             count -= 1.0;
         }
@@ -113,10 +118,11 @@ impl Report {
 
     /// Measures a mesh against the solid it stands for; deviations in element sizes of `size` [m].
     pub fn against(mesh: &TetMesh, solid: &dyn Solid, size: f64) -> Self {
-        let mut report = Self::of(mesh);
+        let outer = boundary(mesh);
+        let mut report = Self::inner(mesh, &outer);
         report.size = size;
         report.volume_ratio = solid.volume().map(|v| report.volume / v);
-        let outer: Vec<[DVec3; 3]> = boundary(mesh).into_iter().map(|f| f.map(|v| mesh.vertices[v as usize])).collect();
+        let outer: Vec<[DVec3; 3]> = outer.into_iter().map(|f| f.map(|v| mesh.vertices[v as usize])).collect();
         let farthest = |points: Vec<DVec3>, distance: &(dyn Fn(DVec3) -> f64 + Sync)| {
             let all: Vec<f64> = points.par_iter().map(|&p| distance(p)).collect();
             let worst = (0..all.len()).max_by(|&i, &j| all[i].total_cmp(&all[j]).then(j.cmp(&i)));

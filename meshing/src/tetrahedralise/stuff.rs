@@ -36,16 +36,25 @@ pub fn background_points(solid: &dyn Solid, tile: &Tile, edge: f64) -> f64 {
 /// Fills the solid with tetrahedra whose mean background edge is `edge` [m]; `shift` in [0, 1)³ moves the background by
 /// that part of a tile.
 pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64, shift: DVec3) -> Filled {
+    let clock = std::time::Instant::now();
+    let lap = |what: &str| if std::env::var("DBG").is_ok() { println!("      {what} {:.2}", clock.elapsed().as_secs_f64()) };
     let walls = thin::walls(solid, edge);
+    lap("walls");
     // walls may need vertices that are outside for now
     let margin = if walls.is_empty() { 0.0 } else { 1.1 * edge };
     let (mut mesh, mut phi) = background(solid, tile, edge, margin, shift);
+    lap("background");
     let mut dim = vec![3u8; mesh.points.len()];
     let locked = thin::occupy(&walls, &mut mesh, &mut phi, edge);
+    lap("occupy");
     let before = (mesh.points.clone(), phi.clone());
     pull(solid, &mut mesh, &mut phi, &mut dim, &locked, edge);
+    lap("pull");
     rescue(solid, &mut mesh, &mut phi, &mut dim, before, edge);
-    cut(solid, mesh, phi, dim, edge)
+    lap("rescue");
+    let f = cut(solid, mesh, phi, dim, edge);
+    lap("cut");
+    f
 }
 
 /// Background tetrahedra with at least one vertex inside or less than `margin` outside, and the signed distance at the vertices.
@@ -191,9 +200,12 @@ fn uncross(
         .into_par_iter()
         .flat_map_iter(|o| shared.neighbours(o).into_iter().map(move |z| (z, o)))
         .filter(|&(z, _)| values[z as usize] == 0.0)
-        .map(|(z, o)| {
+        .filter_map(|(z, o)| {
             let (p, q) = (shared.points[z as usize], shared.points[o as usize]);
-            (solid.signed_distance(p.lerp(q, 0.5), edge).min(solid.signed_distance(p.lerp(q, 0.25), edge)), z, o)
+            let middle = (p + q) / 2.0;
+            // within the empty ball around the outer vertex there is nothing to find out
+            let clear = middle.distance(q) < values[o as usize];
+            (!clear).then(|| (solid.signed_distance(middle, edge), z, o))
         })
         .filter(|w| w.0 < -0.2 * edge)
         .collect();
@@ -234,17 +246,19 @@ fn rescue(
             && tet.iter().all(|&v| phi[v as usize] < 2.0 * edge)
     };
     uncross(solid, mesh, phi, dim, (&points, &depth), edge);
-    for part in [0.25, 0.12] {
+    {
         let (shared, values) = (&*mesh, &*phi);
         let all: Vec<u32> = mesh.living().collect();
         let mut lost: Vec<(f64, u32, DVec3)> = all
             .into_par_iter()
             .filter(|&t| doomed(shared, values, t))
-            .map(|t| {
-                let middle = shared.tets[t as usize].iter().map(|&v| shared.points[v as usize]).sum::<DVec3>() / 4.0;
-                (solid.signed_distance(middle, edge), t, middle)
+            .filter_map(|t| {
+                let tet = shared.tets[t as usize];
+                let middle = tet.iter().map(|&v| shared.points[v as usize]).sum::<DVec3>() / 4.0;
+                let clear = tet.iter().any(|&v| middle.distance(shared.points[v as usize]) < values[v as usize]);
+                (!clear).then(|| (solid.signed_distance(middle, edge), t, middle))
             })
-            .filter(|l| l.0 < -part * edge)
+            .filter(|l| l.0 < -0.12 * edge)
             .collect();
         lost.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (deep, t, middle) in lost {

@@ -12,6 +12,7 @@ fn show(name: &str, surface: &TriMesh, size: f64) -> (TetMesh, Report) {
         r.tets, r.min_dihedral, r.max_dihedral, r.mean_edge / size, r.volume_ratio.unwrap_or(0.0), r.surface_to_mesh.sizes,
         r.mesh_to_surface.sizes, 100.0 * r.cubic, start.elapsed().as_secs_f64(),
     );
+    println!("    area/h2 {:.1} volume/h3 {:.1} tets {}", surface.area() / size.powi(2), surface.volume() / size.powi(3), r.tets);
     println!("    s->m at {:.3} m->s at {:.3}; {:?} euler {} of {}", r.surface_to_mesh.at, r.mesh_to_surface.at, boundary_flaws(&mesh), euler(&crate::quality::boundary(&mesh)), euler(&surface.triangles));
     (mesh, r)
 }

@@ -130,10 +130,10 @@ impl Tile {
 }
 
 /// Sweeps of random change, and the smallest angle they leave [degrees].
-const HOT: usize = 10;
+const HOT: usize = 8;
 const FLOOR: f64 = 5.0;
 /// Sweeps of improvement.
-const COLD: u64 = 10;
+const COLD: u64 = 7;
 
 #[cfg(test)]
 mod tests {
