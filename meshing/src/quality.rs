@@ -45,6 +45,8 @@ pub struct Report {
     /// ⟨x⁴+y⁴+z⁴⟩ of the inner face normals divided by 3/5, minus 1: 0 without preferred axes, −1/6 for the {110} planes
     /// of a lattice, 2/3 for faces along the axes.
     pub cubic: f64,
+    /// Euler characteristic of the boundary: 2 for each part without holes, 2 less for each hole through it.
+    pub euler: i64,
     /// What the caller should know, one sentence each.
     pub warnings: Vec<String>,
 }
@@ -75,6 +77,14 @@ pub fn boundary(mesh: &TetMesh) -> Vec<[u32; 3]> {
     single.into_iter().map(face).collect()
 }
 
+/// Vertices − edges + triangles of a closed surface.
+pub fn euler(triangles: &[[u32; 3]]) -> i64 {
+    let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    vertices.len() as i64 - triangles.len() as i64 / 2
+}
+
 impl Report {
     /// Measures a mesh by itself.
     pub fn of(mesh: &TetMesh) -> Self {
@@ -88,6 +98,7 @@ impl Report {
             boundary_triangles: outer.len(),
             min_dihedral: if mesh.tets.is_empty() { 0.0 } else { 180.0 },
             mean_edge: mesh.mean_edge(),
+            euler: euler(outer),
             ..Self::default()
         };
         let (mut quartic, mut count) = (0.0, 0.0);
@@ -134,7 +145,8 @@ impl Report {
             .collect();
         report.mesh_to_surface = farthest(on_mesh, &|p| p.distance(solid.project(p)));
         let tree = Distance::of_triangles(outer);
-        report.surface_to_mesh = farthest(solid.samples(0.2 * size).into_iter().map(|s| s.0).collect(), &|p| tree.distance(p));
+        report.surface_to_mesh =
+            farthest(solid.samples(0.2 * size).into_iter().map(|s| s.0).collect(), &|p| tree.distance(p));
         report
     }
 
@@ -142,5 +154,40 @@ impl Report {
     pub fn hausdorff(&self) -> Deviation {
         let (a, b) = (self.surface_to_mesh, self.mesh_to_surface);
         if a.sizes > b.sizes { a } else { b }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one() -> TetMesh {
+        let vertices = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        TetMesh { vertices, tets: vec![[0, 1, 2, 3]] }
+    }
+
+    #[test]
+    fn a_corner_of_a_cube_has_known_angles() {
+        let report = Report::of(&one());
+        assert!((report.min_dihedral - (1.0f64 / 3.0f64.sqrt()).acos().to_degrees()).abs() < 1e-12);
+        assert!((report.max_dihedral - 90.0).abs() < 1e-12);
+        assert_eq!((report.histogram[5], report.histogram.iter().sum::<usize>()), (3, 6));
+        assert_eq!((report.boundary_triangles, report.euler), (4, 2));
+        assert!((report.volume - 1.0 / 6.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn boundary_faces_point_outwards() {
+        let mesh = one();
+        let inner = mesh.barycentre(0);
+        for f in boundary(&mesh) {
+            let [a, b, c] = f.map(|v| mesh.vertices[v as usize]);
+            assert!((b - a).cross(c - a).dot(a - inner) > 0.0);
+        }
+    }
+
+    #[test]
+    fn nothing_gives_an_empty_report() {
+        assert_eq!(Report::of(&TetMesh::default()), Report::default());
     }
 }

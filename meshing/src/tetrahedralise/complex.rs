@@ -120,7 +120,10 @@ impl Complex {
     /// The other tetrahedron at a face of `t`, if there is one.
     pub fn across(&self, t: u32, face: [u32; 3]) -> Option<u32> {
         let [a, b, c] = face;
-        self.star(a).iter().copied().find(|&s| s != t && self.tets[s as usize].contains(&b) && self.tets[s as usize].contains(&c))
+        self.star(a)
+            .iter()
+            .copied()
+            .find(|&s| s != t && self.tets[s as usize].contains(&b) && self.tets[s as usize].contains(&c))
     }
 
     /// All faces with one tetrahedron only, wound outwards. `outer` may rule out vertices that are known to be inside.

@@ -47,11 +47,8 @@ impl Body<'_> {
             edges.extend((0..3).map(|k| [f[k], f[(k + 1) % 3]]).filter(|e| e[0] < e[1]));
         }
         let middle = |&[a, b]: &[u32; 2]| (self.mesh.points[a as usize] + self.mesh.points[b as usize]) / 2.0;
-        let mut long: Vec<(f64, [u32; 2])> = edges
-            .par_iter()
-            .map(|e| (self.off(middle(e)), *e))
-            .filter(|e| e.0 > 0.12 * self.size)
-            .collect();
+        let mut long: Vec<(f64, [u32; 2])> =
+            edges.par_iter().map(|e| (self.off(middle(e)), *e)).filter(|e| e.0 > 0.12 * self.size).collect();
         long.sort_unstable_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
         let worst = long.first().map_or(0.0, |e| e.0);
         (long.into_iter().filter(|&(error, e)| self.turn(e, error) || self.bend(e, error, seed)).count(), worst)
@@ -65,7 +62,10 @@ impl Body<'_> {
         for v in [a, b] {
             let p = self.mesh.points[v as usize];
             let goal = self.solid.project(p);
-            if self.dim[v as usize] == 2 && p.distance(goal) > 0.1 * self.size && (self.fill_pit(v) || self.drag(v, goal, 2, seed)) {
+            if self.dim[v as usize] == 2
+                && p.distance(goal) > 0.1 * self.size
+                && (self.fill_pit(v) || self.drag(v, goal, 2, seed))
+            {
                 return true;
             }
         }
@@ -108,7 +108,8 @@ impl Body<'_> {
         let floor = angle_score(self.floor);
         if ring.tets.len() == 1 {
             // both triangles belong to one tetrahedron: without it the other two faces show
-            let inside = self.mesh.across(ring.tets[0], [a, c, d]).is_some() && self.mesh.across(ring.tets[0], [b, c, d]).is_some();
+            let inside = self.mesh.across(ring.tets[0], [a, c, d]).is_some()
+                && self.mesh.across(ring.tets[0], [b, c, d]).is_some();
             if inside {
                 self.mesh.remove(ring.tets[0]);
                 self.lower(&[a, b, c, d]);
@@ -134,8 +135,10 @@ impl Body<'_> {
 
     /// Moves every boundary vertex to where it belongs, as far as angles allow.
     fn home(&mut self) {
-        let outer: Vec<u32> = (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && !self.mesh.star(v).is_empty()).collect();
-        let goals: Vec<Option<DVec3>> = outer.par_iter().map(|&v| self.place(v, self.mesh.points[v as usize])).collect();
+        let outer: Vec<u32> =
+            (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && !self.mesh.star(v).is_empty()).collect();
+        let goals: Vec<Option<DVec3>> =
+            outer.par_iter().map(|&v| self.place(v, self.mesh.points[v as usize])).collect();
         for (v, goal) in outer.into_iter().zip(goals) {
             let Some(goal) = goal else { continue };
             let from = self.mesh.points[v as usize];
@@ -228,7 +231,8 @@ impl Body<'_> {
     /// Puts a tetrahedron with a new vertex at `goal` on a boundary face.
     fn grow(&mut self, face: [u32; 3], goal: DVec3, dim: u8) -> bool {
         let [a, b, c] = face.map(|v| self.mesh.points[v as usize]);
-        let lost = self.mesh.star(face[0]).iter().all(|&t| !face.iter().all(|v| self.mesh.tets[t as usize].contains(v)));
+        let lost =
+            self.mesh.star(face[0]).iter().all(|&t| !face.iter().all(|v| self.mesh.tets[t as usize].contains(v)));
         if lost || score(a, b, c, goal) < angle_score(self.floor) {
             return false;
         }

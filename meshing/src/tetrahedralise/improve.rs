@@ -76,7 +76,9 @@ impl Body<'_> {
         let [pa, pb, pc, pd] = [a, b, c, d].map(|v| mesh.points[v as usize]);
         let normals = [(pb - pa).cross(pc - pa), (pd - pa).cross(pb - pa)];
         let turned = [(pd - pa).cross(pc - pa), (pd - pc).cross(pb - pc)];
-        if turned.iter().any(|t| normals.iter().any(|n| t.dot(*n) <= 0.3 * t.length() * n.length())) && normals[0].dot(normals[1]) > 0.0 {
+        if turned.iter().any(|t| normals.iter().any(|n| t.dot(*n) <= 0.3 * t.length() * n.length()))
+            && normals[0].dot(normals[1]) > 0.0
+        {
             return false;
         }
         let middle = (pa + pb) / 2.0;
@@ -187,7 +189,13 @@ impl Body<'_> {
             let middle = (self.mesh.points[a as usize] + self.mesh.points[b as usize]) / 2.0;
             let crease = self.dim[a as usize] < 2 && self.dim[b as usize] < 2 && ring.open;
             let Some(v) = self.mesh.split(a, b, middle, -1.5) else { continue };
-            self.dim.push(if !ring.open { 3 } else if crease { 1 } else { 2 });
+            self.dim.push(if !ring.open {
+                3
+            } else if crease {
+                1
+            } else {
+                2
+            });
             let step = 0.2 * self.size;
             for k in 0..3 {
                 self.smooth(&[v], step, round + k);

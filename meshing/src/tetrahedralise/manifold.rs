@@ -18,7 +18,8 @@ impl Body<'_> {
     pub fn unpinch(&mut self, thicken: bool) -> usize {
         let mut treated = self.drop_islands();
         for _ in 0..20 {
-            let bad: Vec<u32> = (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && self.pinched(v)).collect();
+            let bad: Vec<u32> =
+                (0..self.dim.len() as u32).filter(|&v| self.dim[v as usize] < 3 && self.pinched(v)).collect();
             if bad.is_empty() {
                 break;
             }
@@ -133,8 +134,12 @@ impl Body<'_> {
                 let top = start + up * height * self.size;
                 fan.iter().map(corners).fold(1.0, |m: f64, [a, b, c]| m.min(score(a, b, c, top)))
             };
-            let outside = |h: &f64| self.solid.signed_distance(start + up * *h * self.size, self.size) > 0.25 * self.size;
-            let best = [0.6, 0.45, 0.3, 0.2, 0.1].into_iter().filter(|h| !outside(h)).max_by(|&x, &y| worst(x).total_cmp(&worst(y)));
+            let outside =
+                |h: &f64| self.solid.signed_distance(start + up * *h * self.size, self.size) > 0.25 * self.size;
+            let best = [0.6, 0.45, 0.3, 0.2, 0.1]
+                .into_iter()
+                .filter(|h| !outside(h))
+                .max_by(|&x, &y| worst(x).total_cmp(&worst(y)));
             if let Some(height) = best.filter(|&h| worst(h) > angle_score(2.0)) {
                 let top = self.mesh.add_point(start + up * height * self.size);
                 self.dim.push(2);

@@ -68,7 +68,9 @@ pub enum MeshError {
         triangle: usize,
     },
     /// An edge without a partner.
-    #[error("the surface is not closed: edge {a}-{b} near {at} has {forward} triangles one way and {backward} the other; repair the surface, or give it a thickness with `shell`")]
+    #[error(
+        "the surface is not closed: edge {a}-{b} near {at} has {forward} triangles one way and {backward} the other; repair the surface, or give it a thickness with `shell`"
+    )]
     Open {
         /// One end of the edge.
         a: u32,
@@ -82,7 +84,9 @@ pub enum MeshError {
         backward: usize,
     },
     /// The surface encloses nothing.
-    #[error("the surface encloses a volume of {volume:.3e} m³: its triangles are wound inwards or it is flat; turn them round")]
+    #[error(
+        "the surface encloses a volume of {volume:.3e} m³: its triangles are wound inwards or it is flat; turn them round"
+    )]
     InsideOut {
         /// Its signed volume [m³].
         volume: f64,
@@ -154,8 +158,8 @@ pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), M
         if mesh.tets.is_empty() {
             continue;
         }
-        let report = Report::against(&mesh, solid, size);
-        if std::env::var("DBG").is_ok() { println!("  attempt {attempt}: min {:.1} s->m {:.3} m->s {:.3}", report.min_dihedral, report.surface_to_mesh.sizes, report.mesh_to_surface.sizes); }
+        let mut report = Report::against(&mesh, solid, size);
+        warn(&mut report, solid);
         let done = flaw(&report) == 0.0;
         if best.as_ref().is_none_or(|b| flaw(&report) < flaw(&b.1)) {
             best = Some((mesh, report));
@@ -180,24 +184,49 @@ fn flaw(report: &Report) -> f64 {
     (report.hausdorff().sizes - MAX_DEVIATION).max(0.0) + (MIN_DIHEDRAL - report.min_dihedral).max(0.0)
 }
 
+/// Says in words which promises were missed, where, and what would help.
+fn warn(report: &mut Report, solid: &dyn Solid) {
+    let size = report.size;
+    let (lost, spare) = (report.surface_to_mesh, report.mesh_to_surface);
+    for (far, what) in [(lost, "a part of the surface was lost"), (spare, "the mesh's boundary leaves the surface")] {
+        if far.sizes > MAX_DEVIATION {
+            let fitting = size * MAX_DEVIATION / far.sizes;
+            let thin = thin::thinnest(solid, far.at, size).map_or(fitting, |radius| 3.0 * radius);
+            report.warnings.push(format!(
+                "{what} near [{:.4}, {:.4}, {:.4}]: they are {:.2} element sizes apart; elements of {:.3e} m would keep it",
+                far.at.x, far.at.y, far.at.z, far.sizes, thin.min(0.8 * size)
+            ));
+        }
+    }
+    if report.min_dihedral < MIN_DIHEDRAL {
+        report.warnings.push(format!(
+            "the smallest dihedral angle is {:.2} degrees instead of {MIN_DIHEDRAL}: try a smaller size or another seed",
+            report.min_dihedral
+        ));
+    }
+    if let Some(wanted) = solid.euler()
+        && wanted != report.euler
+    {
+        report.warnings.push(format!(
+            "the boundary has Euler characteristic {} and the surface {wanted}: parts nearer than an element were joined, thin ones opened, or the surface overlaps itself; smaller elements may help",
+            report.euler
+        ));
+    }
+}
+
+/// One attempt.
 fn once(solid: &dyn Solid, tile: &Tile, size: f64, shift: DVec3, seed: u64) -> TetMesh {
-    let clock = std::time::Instant::now();
-    let lap = |what: &str| if std::env::var("DBG").is_ok() { println!("   {what} {:.2}", clock.elapsed().as_secs_f64()) };
     let filled = stuff::fill(solid, tile, size * EDGE, shift);
-    lap("fill");
     let mut body = Body { mesh: filled.mesh, dim: filled.dim, solid, size, slack: 0.0, floor: 11.0 };
     body.settle();
     body.unpinch(true);
     body.improve(AIM, 8, seed);
-    lap("improve");
     body.fit(seed);
-    lap("fit");
     body.unpinch(false);
     body.improve(AIM, 8, seed ^ 1);
     body.slack = 0.15;
     body.improve(MIN_DIHEDRAL + 1.0, 12, seed ^ 2);
     body.unpinch(false);
-    lap("end");
     body.finish()
 }
 

@@ -4,6 +4,7 @@ use super::features::Features;
 use super::smooth::Random;
 use crate::TriMesh;
 use crate::distance::Distance;
+use crate::quality::euler;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -22,6 +23,8 @@ pub trait Solid: Sync {
     fn samples(&self, spacing: f64) -> Vec<(DVec3, DVec3)>;
     /// Volume [m³] where it is known.
     fn volume(&self) -> Option<f64>;
+    /// Euler characteristic of the boundary (2 for a ball, 0 for a torus) where it is known.
+    fn euler(&self) -> Option<i64>;
 }
 
 /// The inside of a closed surface.
@@ -64,6 +67,10 @@ impl Solid for Inside<'_> {
 
     fn volume(&self) -> Option<f64> {
         Some(self.surface.volume())
+    }
+
+    fn euler(&self) -> Option<i64> {
+        Some(euler(&self.surface.triangles))
     }
 }
 
@@ -118,12 +125,17 @@ impl Solid for Shell<'_> {
 
     fn samples(&self, spacing: f64) -> Vec<(DVec3, DVec3)> {
         let both = |(p, n): (DVec3, DVec3)| [(p + n * self.half, n), (p - n * self.half, -n)];
-        let sides: Vec<(DVec3, DVec3)> = scatter(self.surface, spacing).into_iter().filter(|s| s.1 != DVec3::ZERO).flat_map(both).collect();
+        let sides: Vec<(DVec3, DVec3)> =
+            scatter(self.surface, spacing).into_iter().filter(|s| s.1 != DVec3::ZERO).flat_map(both).collect();
         let keep = |p: &(DVec3, DVec3)| self.signed_distance(p.0, self.half) > -1e-6 * self.half;
         sides.into_par_iter().filter(keep).collect()
     }
 
     fn volume(&self) -> Option<f64> {
+        None
+    }
+
+    fn euler(&self) -> Option<i64> {
         None
     }
 }
@@ -140,7 +152,8 @@ fn scatter(surface: &TriMesh, spacing: f64) -> Vec<(DVec3, DVec3)> {
         let start = random.unit();
         for i in 0..count {
             // a rank-1 lattice (Roberts' R2) on the unit square, folded into the triangle
-            let (u, v) = ((start + i as f64 * 0.754_877_666_246_693).fract(), (i as f64 * 0.569_840_290_998_053).fract());
+            let (u, v) =
+                ((start + i as f64 * 0.754_877_666_246_693).fract(), (i as f64 * 0.569_840_290_998_053).fract());
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             out.push((a + (b - a) * u + (c - a) * v, normal));
         }

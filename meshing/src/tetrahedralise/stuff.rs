@@ -36,25 +36,16 @@ pub fn background_points(solid: &dyn Solid, tile: &Tile, edge: f64) -> f64 {
 /// Fills the solid with tetrahedra whose mean background edge is `edge` [m]; `shift` in [0, 1)³ moves the background by
 /// that part of a tile.
 pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64, shift: DVec3) -> Filled {
-    let clock = std::time::Instant::now();
-    let lap = |what: &str| if std::env::var("DBG").is_ok() { println!("      {what} {:.2}", clock.elapsed().as_secs_f64()) };
     let walls = thin::walls(solid, edge);
-    lap("walls");
     // walls may need vertices that are outside for now
     let margin = if walls.is_empty() { 0.0 } else { 1.1 * edge };
     let (mut mesh, mut phi) = background(solid, tile, edge, margin, shift);
-    lap("background");
     let mut dim = vec![3u8; mesh.points.len()];
     let locked = thin::occupy(&walls, &mut mesh, &mut phi, edge);
-    lap("occupy");
     let before = (mesh.points.clone(), phi.clone());
     pull(solid, &mut mesh, &mut phi, &mut dim, &locked, edge);
-    lap("pull");
     rescue(solid, &mut mesh, &mut phi, &mut dim, before, edge);
-    lap("rescue");
-    let f = cut(solid, mesh, phi, dim, edge);
-    lap("cut");
-    f
+    cut(solid, mesh, phi, dim, edge)
 }
 
 /// Background tetrahedra with at least one vertex inside or less than `margin` outside, and the signed distance at the vertices.
@@ -98,7 +89,8 @@ fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64, shift: DVe
             [0, 1, 2, 3].map(|k| (((c[k] - tile.points[t[k] as usize]) / tile.side).round().as_ivec3(), t[k]))
         })
         .collect();
-    let mut id: Vec<Vec<u32>> = values.iter().map(|v| v.as_ref().map_or(Vec::new(), |v| vec![u32::MAX; v.len()])).collect();
+    let mut id: Vec<Vec<u32>> =
+        values.iter().map(|v| v.as_ref().map_or(Vec::new(), |v| vec![u32::MAX; v.len()])).collect();
     let mut outer: HashMap<(usize, u32), u32> = HashMap::new();
     let (mut points, mut phi, mut tets) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..count {
@@ -130,7 +122,8 @@ fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64, shift: DVe
 /// Moves vertices onto corners, sharp edges and the surface where the angles around them allow it.
 fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], locked: &[bool], edge: f64) {
     let features = solid.features();
-    let near: Vec<u32> = (0..phi.len() as u32).filter(|&v| phi[v as usize].abs() < 1.2 * edge && !locked[v as usize]).collect();
+    let near: Vec<u32> =
+        (0..phi.len() as u32).filter(|&v| phi[v as usize].abs() < 1.2 * edge && !locked[v as usize]).collect();
     let guarded = |mesh: &mut Complex, v: u32, to: DVec3, floor: f64| {
         let allowed = worst_from(to, &mesh.view(v), angle_score(floor)) > angle_score(floor);
         if allowed {
@@ -173,7 +166,9 @@ fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], 
     let mut order: Vec<(f64, u32, DVec3)> = near
         .par_iter()
         .filter(|&&v| dim[v as usize] == 3)
-        .filter_map(|&v| share(shared, values, v).filter(|&t| t < PULL).map(|t| (t, v, solid.project(shared.points[v as usize]))))
+        .filter_map(|&v| {
+            share(shared, values, v).filter(|&t| t < PULL).map(|t| (t, v, solid.project(shared.points[v as usize])))
+        })
         .collect();
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     for (_, v, to) in order {
@@ -195,7 +190,8 @@ fn uncross(
     edge: f64,
 ) {
     let (shared, values) = (&*mesh, &*phi);
-    let outer: Vec<u32> = (0..phi.len() as u32).filter(|&v| phi[v as usize] > 0.0 && phi[v as usize] < 1.2 * edge).collect();
+    let outer: Vec<u32> =
+        (0..phi.len() as u32).filter(|&v| phi[v as usize] > 0.0 && phi[v as usize] < 1.2 * edge).collect();
     let mut wrong: Vec<(f64, u32, u32)> = outer
         .into_par_iter()
         .flat_map_iter(|o| shared.neighbours(o).into_iter().map(move |z| (z, o)))
@@ -246,42 +242,40 @@ fn rescue(
             && tet.iter().all(|&v| phi[v as usize] < 2.0 * edge)
     };
     uncross(solid, mesh, phi, dim, (&points, &depth), edge);
-    {
-        let (shared, values) = (&*mesh, &*phi);
-        let all: Vec<u32> = mesh.living().collect();
-        let mut lost: Vec<(f64, u32, DVec3)> = all
-            .into_par_iter()
-            .filter(|&t| doomed(shared, values, t))
-            .filter_map(|t| {
-                let tet = shared.tets[t as usize];
-                let middle = tet.iter().map(|&v| shared.points[v as usize]).sum::<DVec3>() / 4.0;
-                let clear = tet.iter().any(|&v| middle.distance(shared.points[v as usize]) < values[v as usize]);
-                (!clear).then(|| (solid.signed_distance(middle, edge), t, middle))
-            })
-            .filter(|l| l.0 < -0.12 * edge)
-            .collect();
-        lost.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for (deep, t, middle) in lost {
-            if !doomed(mesh, phi, t) {
-                continue;
-            }
-            let mut tet = mesh.tets[t as usize];
-            tet.sort_by(|&a, &b| depth[a as usize].total_cmp(&depth[b as usize]).then(a.cmp(&b)));
-            for v in tet.into_iter().filter(|&v| dim[v as usize] > 1) {
-                let was_inside = depth[v as usize] < -0.1 * edge;
-                let (to, value) = if was_inside { (points[v as usize], depth[v as usize]) } else { (middle, deep) };
-                let from = mesh.points[v as usize];
-                let view = mesh.view(v);
-                let floor = angle_score(2.0);
-                let place = [1.0, 0.7, 0.45, 0.3].into_iter().find(|&part| {
-                    let p = from.lerp(to, part);
-                    worst_from(p, &view, floor) > floor && (was_inside || solid.signed_distance(p, edge) < -0.1 * edge)
-                });
-                if let Some(part) = place {
-                    mesh.points[v as usize] = from.lerp(to, part);
-                    (phi[v as usize], dim[v as usize]) = (value * part, 3);
-                    break;
-                }
+    let (shared, values) = (&*mesh, &*phi);
+    let all: Vec<u32> = mesh.living().collect();
+    let mut lost: Vec<(f64, u32, DVec3)> = all
+        .into_par_iter()
+        .filter(|&t| doomed(shared, values, t))
+        .filter_map(|t| {
+            let tet = shared.tets[t as usize];
+            let middle = tet.iter().map(|&v| shared.points[v as usize]).sum::<DVec3>() / 4.0;
+            let clear = tet.iter().any(|&v| middle.distance(shared.points[v as usize]) < values[v as usize]);
+            (!clear).then(|| (solid.signed_distance(middle, edge), t, middle))
+        })
+        .filter(|l| l.0 < -0.12 * edge)
+        .collect();
+    lost.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    for (deep, t, middle) in lost {
+        if !doomed(mesh, phi, t) {
+            continue;
+        }
+        let mut tet = mesh.tets[t as usize];
+        tet.sort_by(|&a, &b| depth[a as usize].total_cmp(&depth[b as usize]).then(a.cmp(&b)));
+        for v in tet.into_iter().filter(|&v| dim[v as usize] > 1) {
+            let was_inside = depth[v as usize] < -0.1 * edge;
+            let (to, value) = if was_inside { (points[v as usize], depth[v as usize]) } else { (middle, deep) };
+            let from = mesh.points[v as usize];
+            let view = mesh.view(v);
+            let floor = angle_score(2.0);
+            let place = [1.0, 0.7, 0.45, 0.3].into_iter().find(|&part| {
+                let p = from.lerp(to, part);
+                worst_from(p, &view, floor) > floor && (was_inside || solid.signed_distance(p, edge) < -0.1 * edge)
+            });
+            if let Some(part) = place {
+                mesh.points[v as usize] = from.lerp(to, part);
+                (phi[v as usize], dim[v as usize]) = (value * part, 3);
+                break;
             }
         }
     }

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 /// Walls thinner than twice this many edges get vertices in the middle.
 const THIN: f64 = 0.9;
 /// Walls thinner than twice this many edges can't be kept with good angles.
-pub const LOST: f64 = 0.12;
+const LOST: f64 = 0.12;
 /// One middle vertex serves the wall this far around it, in edges.
 const SERVED: f64 = 0.6;
 
@@ -30,6 +30,13 @@ pub struct Middle {
 pub fn walls(solid: &dyn Solid, edge: f64) -> Vec<Middle> {
     let found = |(p, n)| middle(solid, p, n, THIN * edge).filter(|w| w.radius > LOST * edge);
     solid.samples(0.4 * edge).into_par_iter().filter_map(found).collect()
+}
+
+/// Half the thickness [m] of the thinnest wall within `size` of `place`.
+pub fn thinnest(solid: &dyn Solid, place: DVec3, size: f64) -> Option<f64> {
+    let near = |s: &(DVec3, DVec3)| s.0.distance(place) < size;
+    let found = |(p, n)| middle(solid, p, n, size).map(|m| m.radius);
+    solid.samples(0.3 * size).into_iter().filter(near).filter_map(found).reduce(f64::min)
 }
 
 fn middle(solid: &dyn Solid, p: DVec3, n: DVec3, limit: f64) -> Option<Middle> {
@@ -88,10 +95,9 @@ pub fn occupy(walls: &[Middle], mesh: &mut Complex, phi: &mut [f64], edge: f64) 
         for &(d, v) in near.iter().filter(|n| !locked[n.1 as usize]).take(4) {
             let view = mesh.view(v);
             let floor = angle_score(6.0);
-            let place = [1.0, 0.75]
-                .map(|part| mesh.points[v as usize].lerp(wall.at, part))
-                .into_iter()
-                .find(|&p| d < 0.9 * edge && p.distance(wall.at) < 0.5 * wall.radius && worst_from(p, &view, floor) > floor);
+            let place = [1.0, 0.75].map(|part| mesh.points[v as usize].lerp(wall.at, part)).into_iter().find(|&p| {
+                d < 0.9 * edge && p.distance(wall.at) < 0.5 * wall.radius && worst_from(p, &view, floor) > floor
+            });
             if let Some(p) = place {
                 mesh.points[v as usize] = p;
                 phi[v as usize] = -(wall.radius - p.distance(wall.at));
@@ -101,4 +107,23 @@ pub fn occupy(walls: &[Middle], mesh: &mut Complex, phi: &mut [f64], edge: f64) 
         }
     }
     locked
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tetrahedralise::{Inside, bodies};
+
+    #[test]
+    fn the_middle_of_a_wall_is_found() {
+        let wall = bodies::cuboid(DVec3::ZERO, DVec3::new(1.0, 1.0, 0.05));
+        let solid = Inside::new(&wall, 0.1);
+        let found = walls(&solid, 0.1);
+        assert!(found.len() > 400, "{}", found.len()); // measured 2,600
+        for wall in found {
+            assert!((wall.radius - 0.025).abs() < 1e-9 && (wall.at.z - 0.025).abs() < 1e-9);
+        }
+        assert_eq!(walls(&solid, 0.01).len(), 0);
+        assert!((thinnest(&solid, DVec3::new(0.5, 0.5, 0.0), 0.1).unwrap() - 0.025).abs() < 1e-9);
+    }
 }
