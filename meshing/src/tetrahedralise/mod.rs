@@ -99,6 +99,18 @@ pub enum MeshError {
         /// A size that should fit [m].
         advice: f64,
     },
+    /// The wall is far thinner than the elements.
+    #[error(
+        "a shell of {thickness} m is too thin for elements of {size} m: use elements of {advice:.3e} m or a thicker shell"
+    )]
+    ThinShell {
+        /// Its thickness [m].
+        thickness: f64,
+        /// The wanted size [m].
+        size: f64,
+        /// A size that fits [m].
+        advice: f64,
+    },
     /// Too many elements for any memory.
     #[error("elements of {size} m would give about {tets:.1e} tetrahedra, more than fit in memory; try {advice:.3e} m")]
     TooFine {
@@ -129,10 +141,32 @@ const AIM: f64 = 16.0;
 pub fn tetrahedralise(surface: &TriMesh, options: &Options) -> Result<(TetMesh, Report), MeshError> {
     check(surface, options)?;
     match options.shell {
-        Some(thickness) => fill(&Shell::new(surface, thickness), options),
+        Some(thickness) => shell(surface, thickness, options),
         None => fill(&Inside::new(surface, options.size), options),
     }
 }
+
+/// A wall, with elements small enough that at least [`LAYERS`] of them fit into it.
+fn shell(surface: &TriMesh, thickness: f64, options: &Options) -> Result<(TetMesh, Report), MeshError> {
+    let (size, fitting) = (options.size, thickness / LAYERS);
+    if size > MOST_REFINED * fitting {
+        return Err(MeshError::ThinShell { thickness, size, advice: fitting });
+    }
+    let solid = Shell::new(surface, thickness);
+    let (mesh, mut report) = fill(&solid, &Options { size: size.min(fitting), ..options.clone() })?;
+    if size > fitting {
+        report.warnings.insert(
+            0,
+            format!("a wall of {thickness} m needs elements of {fitting:.3e} m: these were used instead of {size} m"),
+        );
+    }
+    Ok((mesh, report))
+}
+
+/// Elements through the thickness of a shell. With fewer, holes appear (measured on a ball's shell).
+const LAYERS: f64 = 1.4;
+/// A shell's elements are made smaller by at most this factor without being asked.
+const MOST_REFINED: f64 = 3.0;
 
 /// The same for any solid known by its signed distance; `options.shell` is not used.
 ///
@@ -168,9 +202,12 @@ pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), M
             break;
         }
     }
-    best.ok_or_else(|| {
+    // what keeps less than a quarter of the body is no mesh of it
+    best.filter(|b| b.1.volume_ratio.is_none_or(|v| v > 0.25)).ok_or_else(|| {
         let (lo, hi) = solid.bounds();
-        MeshError::TooCoarse { size, advice: (hi - lo).min_element() / 2.0 }
+        let flat = (hi - lo).min_element() / 2.0;
+        let thin = thin::typical(solid, size).map_or(flat, |radius| flat.min(2.0 * radius / LAYERS));
+        MeshError::TooCoarse { size, advice: thin }
     })
 }
 
