@@ -5,7 +5,6 @@ use crate::tetmesh::{FACES, TetMesh};
 use crate::tetrahedralise::Solid;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 /// A largest distance and where it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,6 +45,8 @@ pub struct Report {
     /// ⟨x⁴+y⁴+z⁴⟩ of the inner face normals divided by 3/5, minus 1: 0 without preferred axes, −1/6 for the {110} planes
     /// of a lattice, 2/3 for faces along the axes.
     pub cubic: f64,
+    /// Euler characteristic of the boundary: 2 for each part without holes, 2 less for each hole through it.
+    pub euler: i64,
     /// What the caller should know, one sentence each.
     pub warnings: Vec<String>,
 }
@@ -61,28 +62,43 @@ pub fn dihedral_angles(corners: [DVec3; 4]) -> [f64; 6] {
 
 /// Boundary triangles of a mesh, wound outwards, in the order of their tetrahedra.
 pub fn boundary(mesh: &TetMesh) -> Vec<[u32; 3]> {
-    let mut seen: HashMap<[u32; 3], u8> = HashMap::with_capacity(2 * mesh.tets.len());
-    let faces = || mesh.tets.iter().flat_map(|t| FACES.map(|f| f.map(|k| t[k])));
-    let key = |mut f: [u32; 3]| {
-        f.sort_unstable();
-        f
-    };
-    for f in faces() {
-        *seen.entry(key(f)).or_insert(0) += 1;
-    }
-    faces().filter(|&f| seen[&key(f)] == 1).collect()
+    let face = |n: u32| FACES[n as usize % 4].map(|k| mesh.tets[n as usize / 4][k]);
+    let mut all: Vec<([u32; 3], u32)> = (0..4 * mesh.tets.len() as u32)
+        .into_par_iter()
+        .map(|n| {
+            let mut key = face(n);
+            key.sort_unstable();
+            (key, n)
+        })
+        .collect();
+    all.par_sort_unstable();
+    let mut single: Vec<u32> = all.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() == 1).map(|s| s[0].1).collect();
+    single.sort_unstable();
+    single.into_iter().map(face).collect()
+}
+
+/// Vertices − edges + triangles of a closed surface.
+pub fn euler(triangles: &[[u32; 3]]) -> i64 {
+    let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    vertices.len() as i64 - triangles.len() as i64 / 2
 }
 
 impl Report {
     /// Measures a mesh by itself.
     pub fn of(mesh: &TetMesh) -> Self {
-        let outer = boundary(mesh);
+        Self::inner(mesh, &boundary(mesh))
+    }
+
+    fn inner(mesh: &TetMesh, outer: &[[u32; 3]]) -> Self {
         let mut report = Self {
             tets: mesh.tets.len(),
             vertices: mesh.vertices.len(),
             boundary_triangles: outer.len(),
             min_dihedral: if mesh.tets.is_empty() { 0.0 } else { 180.0 },
             mean_edge: mesh.mean_edge(),
+            euler: euler(outer),
             ..Self::default()
         };
         let (mut quartic, mut count) = (0.0, 0.0);
@@ -103,7 +119,7 @@ impl Report {
                 count += 1.0;
             }
         }
-        for f in &outer {
+        for f in outer {
             quartic -= quartic_of(f.map(|v| mesh.vertices[v as usize]));
             count -= 1.0;
         }
@@ -113,10 +129,11 @@ impl Report {
 
     /// Measures a mesh against the solid it stands for; deviations in element sizes of `size` [m].
     pub fn against(mesh: &TetMesh, solid: &dyn Solid, size: f64) -> Self {
-        let mut report = Self::of(mesh);
+        let outer = boundary(mesh);
+        let mut report = Self::inner(mesh, &outer);
         report.size = size;
         report.volume_ratio = solid.volume().map(|v| report.volume / v);
-        let outer: Vec<[DVec3; 3]> = boundary(mesh).into_iter().map(|f| f.map(|v| mesh.vertices[v as usize])).collect();
+        let outer: Vec<[DVec3; 3]> = outer.into_iter().map(|f| f.map(|v| mesh.vertices[v as usize])).collect();
         let farthest = |points: Vec<DVec3>, distance: &(dyn Fn(DVec3) -> f64 + Sync)| {
             let all: Vec<f64> = points.par_iter().map(|&p| distance(p)).collect();
             let worst = (0..all.len()).max_by(|&i, &j| all[i].total_cmp(&all[j]).then(j.cmp(&i)));
@@ -137,5 +154,40 @@ impl Report {
     pub fn hausdorff(&self) -> Deviation {
         let (a, b) = (self.surface_to_mesh, self.mesh_to_surface);
         if a.sizes > b.sizes { a } else { b }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one() -> TetMesh {
+        let vertices = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        TetMesh { vertices, tets: vec![[0, 1, 2, 3]] }
+    }
+
+    #[test]
+    fn a_corner_of_a_cube_has_known_angles() {
+        let report = Report::of(&one());
+        assert!((report.min_dihedral - (1.0f64 / 3.0f64.sqrt()).acos().to_degrees()).abs() < 1e-12);
+        assert!((report.max_dihedral - 90.0).abs() < 1e-12);
+        assert_eq!((report.histogram[5], report.histogram.iter().sum::<usize>()), (3, 6));
+        assert_eq!((report.boundary_triangles, report.euler), (4, 2));
+        assert!((report.volume - 1.0 / 6.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn boundary_faces_point_outwards() {
+        let mesh = one();
+        let inner = mesh.barycentre(0);
+        for f in boundary(&mesh) {
+            let [a, b, c] = f.map(|v| mesh.vertices[v as usize]);
+            assert!((b - a).cross(c - a).dot(a - inner) > 0.0);
+        }
+    }
+
+    #[test]
+    fn nothing_gives_an_empty_report() {
+        assert_eq!(Report::of(&TetMesh::default()), Report::default());
     }
 }

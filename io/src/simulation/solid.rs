@@ -2,7 +2,7 @@
 
 use fissure_meshing::quality::Report;
 use fissure_meshing::surface::{PrepareOptions, prepare};
-use fissure_meshing::tetrahedralise::{Options, size_for, size_for_volume, tetrahedralise};
+use fissure_meshing::tetrahedralise::{Options, shell_size_for, size_for, tetrahedralise};
 use fissure_meshing::{TetMesh, TriMesh, shapes};
 use glam::DVec3;
 
@@ -56,7 +56,7 @@ pub fn fill(surface: TriMesh, resolution: Resolution, shell: Option<f64>, seed: 
     let size = match (resolution, shell) {
         (Resolution::Size(size), _) => size,
         (Resolution::Tets(tets), None) => size_for(&surface, tets as usize),
-        (Resolution::Tets(tets), Some(thickness)) => size_for_volume(surface.area() * thickness, tets as usize),
+        (Resolution::Tets(tets), Some(thickness)) => shell_size_for(&surface, thickness, tets as usize),
     };
     let options = Options { seed, shell, ..Options::new(size) };
     let (mesh, report) = tetrahedralise(&surface, &options).map_err(|e| e.to_string())?;

@@ -7,6 +7,7 @@
 
 use crate::tetmesh::FACES;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Marks a removed tetrahedron.
 const DEAD: [u32; 4] = [u32::MAX; 4];
@@ -125,11 +126,17 @@ impl Complex {
             .find(|&s| s != t && self.tets[s as usize].contains(&b) && self.tets[s as usize].contains(&c))
     }
 
-    /// All faces with one tetrahedron only, wound outwards, with that tetrahedron.
-    pub fn boundary(&self) -> Vec<([u32; 3], u32)> {
-        self.living()
-            .flat_map(|t| FACES.map(|f| (f.map(|k| self.tets[t as usize][k]), t)))
-            .filter(|&(f, t)| self.across(t, f).is_none())
+    /// All faces with one tetrahedron only, wound outwards. `outer` may rule out vertices that are known to be inside.
+    pub fn boundary(&self, outer: impl Fn(u32) -> bool + Sync + Copy) -> Vec<[u32; 3]> {
+        let faces = |t: u32| {
+            let tet = self.tets[t as usize];
+            FACES.into_iter().map(move |f| f.map(|k| tet[k]))
+        };
+        (0..self.tets.len() as u32)
+            .into_par_iter()
+            .with_min_len(1024)
+            .filter(|&t| self.alive(t) && self.tets[t as usize].iter().filter(|&&v| outer(v)).count() > 2)
+            .flat_map_iter(|t| faces(t).filter(move |f| f.iter().all(|&v| outer(v)) && self.across(t, *f).is_none()))
             .collect()
     }
 

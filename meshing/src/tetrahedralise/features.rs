@@ -113,3 +113,24 @@ fn long_chains(surface: &TriMesh, edges: Vec<[u32; 2]>, least: f64) -> Vec<[u32;
     }
     edges.into_iter().filter(|e| length[find(&mut root, e[0]) as usize] >= least).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tetrahedralise::bodies;
+
+    #[test]
+    fn a_box_has_its_edges_and_corners() {
+        let found = Features::of(&bodies::cuboid(DVec3::ZERO, DVec3::ONE), 0.1);
+        assert_eq!((found.creases.len(), found.corners.len()), (12, 8));
+        let near = found.on_crease(DVec3::new(0.4, 0.02, 0.03), 0.1).unwrap();
+        assert!(near.distance(DVec3::new(0.4, 0.0, 0.0)) < 1e-15);
+        assert!(found.on_crease(DVec3::splat(0.5), 0.1).is_none());
+    }
+
+    #[test]
+    fn a_round_body_has_none() {
+        let found = Features::of(&bodies::ball(3), 0.2);
+        assert!(found.creases.is_empty() && found.corners.is_empty());
+    }
+}

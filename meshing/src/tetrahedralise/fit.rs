@@ -12,6 +12,8 @@ use rayon::prelude::*;
 const FAR: f64 = 0.2;
 /// Boundary edges that pass farther from the surface than this get a vertex, in element sizes.
 const BEND: f64 = 0.2;
+/// Pulling ends early when everything is nearer than this, in element sizes.
+const NEAR: f64 = 0.28;
 /// Most rounds of pulling; a lost feature grows by about one element a round.
 const ROUNDS: u64 = 16;
 
@@ -24,32 +26,32 @@ impl Body<'_> {
         for round in 0..ROUNDS {
             self.floor = if round < 4 { 11.0 } else { 5.0 };
             self.home();
-            let turned = self.turn_chords(seed ^ round);
-            let pulled = self.reach_out(&samples, seed ^ round);
-            if std::env::var("DBG").is_ok() {
-                println!("    round {round}: turned {turned} pulled {pulled}");
-            }
-            if turned + pulled == 0 || (round > 5 && turned + pulled >= last) {
+            let (turned, off) = self.turn_chords(seed ^ round);
+            let (pulled, missed) = self.reach_out(&samples, seed ^ round);
+            let (done, worst) = (turned + pulled, off.max(missed) / self.size);
+            if done == 0 || (round > 1 && worst < NEAR) || (round > 5 && done >= last) {
                 break;
             }
-            last = turned + pulled;
+            last = done;
             self.improve(AIM, 2, seed ^ round);
         }
         self.home();
     }
 
     /// Boundary edges that pass far from the surface are replaced by the other diagonal of their two triangles: by
-    /// refilling the ring, by a tetrahedron on top, or by taking away the only tetrahedron at the edge.
-    fn turn_chords(&mut self, seed: u64) -> usize {
+    /// refilling the ring, by a tetrahedron on top, or by taking away the only tetrahedron at the edge. Returns how many, and
+    /// the largest distance before.
+    fn turn_chords(&mut self, seed: u64) -> (usize, f64) {
         let mut edges: Vec<[u32; 2]> = Vec::new();
-        for (f, _) in self.mesh.boundary() {
+        for f in self.boundary() {
             edges.extend((0..3).map(|k| [f[k], f[(k + 1) % 3]]).filter(|e| e[0] < e[1]));
         }
         let middle = |&[a, b]: &[u32; 2]| (self.mesh.points[a as usize] + self.mesh.points[b as usize]) / 2.0;
         let mut long: Vec<(f64, [u32; 2])> =
             edges.par_iter().map(|e| (self.off(middle(e)), *e)).filter(|e| e.0 > 0.12 * self.size).collect();
         long.sort_unstable_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
-        long.into_iter().filter(|&(error, e)| self.turn(e, error) || self.bend(e, error, seed)).count()
+        let worst = long.first().map_or(0.0, |e| e.0);
+        (long.into_iter().filter(|&(error, e)| self.turn(e, error) || self.bend(e, error, seed)).count(), worst)
     }
 
     /// Brings the ends of a chord home, fills the pit at one of them, or puts a vertex on the surface in its middle.
@@ -156,9 +158,10 @@ impl Body<'_> {
     }
 
     /// For points of the surface that the boundary misses: moves the nearest boundary vertex there, or a new vertex on
-    /// the nearest edge. Farthest points first, each neighbourhood once. Returns how many were tried with success.
-    fn reach_out(&mut self, samples: &[DVec3], seed: u64) -> usize {
-        let faces: Vec<[u32; 3]> = self.mesh.boundary().into_iter().map(|f| f.0).collect();
+    /// the nearest edge. Farthest points first, each neighbourhood once. Returns how many were
+    /// reached, and the largest distance before.
+    fn reach_out(&mut self, samples: &[DVec3], seed: u64) -> (usize, f64) {
+        let faces = self.boundary();
         let tree = Distance::of_triangles(faces.iter().map(|f| f.map(|v| self.mesh.points[v as usize])).collect());
         let far = FAR * self.size;
         let mut missed: Vec<(f64, usize, u32)> = samples
@@ -167,6 +170,7 @@ impl Body<'_> {
             .filter_map(|(i, &p)| tree.closest(p).filter(|c| c.distance > far).map(|c| (c.distance, i, c.triangle)))
             .collect();
         missed.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let worst = missed.first().map_or(0.0, |m| m.0);
         let mut touched = vec![false; self.dim.len()];
         let mut done = 0;
         for (gap, i, f) in missed {
@@ -180,7 +184,7 @@ impl Body<'_> {
             done += usize::from(self.pull_to(face, samples[i], seed));
             touched.resize(self.dim.len(), true);
         }
-        done
+        (done, worst)
     }
 
     fn pull_to(&mut self, face: [u32; 3], goal: DVec3, seed: u64) -> bool {

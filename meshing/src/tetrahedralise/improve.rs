@@ -8,6 +8,7 @@ use super::smooth::smooth;
 use super::solid::Solid;
 use crate::tetmesh::FACES;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// A boundary edge may pass this far from the surface, in element sizes.
 const CHORD: f64 = 0.2;
@@ -38,7 +39,7 @@ impl Body<'_> {
     /// Sets `dim` right after cutting or removing: 3 inside, at most 2 on the boundary.
     pub fn settle(&mut self) {
         let mut outer = vec![false; self.dim.len()];
-        for (face, _) in self.mesh.boundary() {
+        for face in self.mesh.boundary(|_| true) {
             for v in face {
                 outer[v as usize] = true;
             }
@@ -46,6 +47,11 @@ impl Body<'_> {
         for (d, outer) in self.dim.iter_mut().zip(outer) {
             *d = if outer { (*d).min(2) } else { 3 };
         }
+    }
+
+    /// Boundary triangles, wound outwards.
+    pub fn boundary(&self) -> Vec<[u32; 3]> {
+        self.mesh.boundary(|v| self.dim[v as usize] < 3)
     }
 
     /// Distance of a point from the boundary of the solid [m].
@@ -221,9 +227,10 @@ impl Body<'_> {
 
     /// Tetrahedra below `target`, worst first.
     pub fn bad(&self, target: f64) -> Vec<u32> {
-        let mut all: Vec<(f64, u32)> = self
-            .mesh
-            .living()
+        let mut all: Vec<(f64, u32)> = (0..self.mesh.tets.len() as u32)
+            .into_par_iter()
+            .with_min_len(1024)
+            .filter(|&t| self.mesh.alive(t))
             .map(|t| (self.mesh.score(self.mesh.tets[t as usize]), t))
             .filter(|&(q, _)| q < target)
             .collect();

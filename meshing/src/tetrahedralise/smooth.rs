@@ -52,7 +52,7 @@ pub fn better_place(
     let start = mesh.points[v as usize];
     let first = worst_from(start, &view, -2.0);
     let (mut best, mut at) = (first, start);
-    let mut attempt = |wanted: DVec3, best: &mut f64, at: &mut DVec3| {
+    let attempt = |wanted: DVec3, best: &mut f64, at: &mut DVec3| {
         let Some(p) = place(wanted) else { return false };
         let q = worst_from(p, &view, *best + 1e-6);
         let better = q > *best + 1e-6;

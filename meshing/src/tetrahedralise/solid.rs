@@ -4,6 +4,7 @@ use super::features::Features;
 use super::smooth::Random;
 use crate::TriMesh;
 use crate::distance::Distance;
+use crate::quality::euler;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -22,6 +23,8 @@ pub trait Solid: Sync {
     fn samples(&self, spacing: f64) -> Vec<(DVec3, DVec3)>;
     /// Volume [m³] where it is known.
     fn volume(&self) -> Option<f64>;
+    /// Euler characteristic of the boundary (2 for a ball, 0 for a torus) where it is known.
+    fn euler(&self) -> Option<i64>;
 }
 
 /// The inside of a closed surface.
@@ -64,6 +67,10 @@ impl Solid for Inside<'_> {
 
     fn volume(&self) -> Option<f64> {
         Some(self.surface.volume())
+    }
+
+    fn euler(&self) -> Option<i64> {
+        Some(euler(&self.surface.triangles))
     }
 }
 
@@ -125,6 +132,10 @@ impl Solid for Shell<'_> {
     }
 
     fn volume(&self) -> Option<f64> {
+        None
+    }
+
+    fn euler(&self) -> Option<i64> {
         None
     }
 }

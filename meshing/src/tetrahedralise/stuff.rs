@@ -29,16 +29,17 @@ pub struct Filled {
 /// Number of background vertices that a size would need; an upper bound.
 pub fn background_points(solid: &dyn Solid, tile: &Tile, edge: f64) -> f64 {
     let (lo, hi) = solid.bounds();
-    let blocks = ((hi - lo) / (tile.side * edge)).ceil() + 2.0;
+    let blocks = ((hi - lo) / (tile.side * edge)).ceil() + 3.0;
     blocks.x * blocks.y * blocks.z * tile.points.len() as f64
 }
 
-/// Fills the solid with tetrahedra whose mean background edge is `edge` [m].
-pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64) -> Filled {
+/// Fills the solid with tetrahedra whose mean background edge is `edge` [m]; `shift` in [0, 1)³ moves the background by
+/// that part of a tile.
+pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64, shift: DVec3) -> Filled {
     let walls = thin::walls(solid, edge);
     // walls may need vertices that are outside for now
     let margin = if walls.is_empty() { 0.0 } else { 1.1 * edge };
-    let (mut mesh, mut phi) = background(solid, tile, edge, margin);
+    let (mut mesh, mut phi) = background(solid, tile, edge, margin, shift);
     let mut dim = vec![3u8; mesh.points.len()];
     let locked = thin::occupy(&walls, &mut mesh, &mut phi, edge);
     let before = (mesh.points.clone(), phi.clone());
@@ -48,12 +49,12 @@ pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64) -> Filled {
 }
 
 /// Background tetrahedra with at least one vertex inside or less than `margin` outside, and the signed distance at the vertices.
-fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64) -> (Complex, Vec<f64>) {
+fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64, shift: DVec3) -> (Complex, Vec<f64>) {
     let (lo, hi) = solid.bounds();
     let side = tile.side * edge;
-    let blocks = ((hi - lo) / side).ceil().as_ivec3() + 2;
+    let blocks = ((hi - lo) / side).ceil().as_ivec3() + 3;
     let spare = blocks.as_dvec3() * side - (hi - lo);
-    let origin = lo - spare / 2.0;
+    let origin = lo - spare / 2.0 + (shift - 0.5) * side * 0.9;
     let block_at = |i: usize| {
         let i = i as i32;
         IVec3::new(i / (blocks.y * blocks.z), i / blocks.z % blocks.y, i % blocks.z)
@@ -177,6 +178,53 @@ fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], 
     }
 }
 
+/// An edge from a vertex on the surface to one outside should not run through the solid: it would cross the surface once
+/// more and not be cut there. Its end on the surface goes back inside if it came from there, or the outer end is pulled
+/// onto the surface as well.
+fn uncross(
+    solid: &dyn Solid,
+    mesh: &mut Complex,
+    phi: &mut [f64],
+    dim: &mut [u8],
+    (points, depth): (&[DVec3], &[f64]),
+    edge: f64,
+) {
+    let (shared, values) = (&*mesh, &*phi);
+    let outer: Vec<u32> =
+        (0..phi.len() as u32).filter(|&v| phi[v as usize] > 0.0 && phi[v as usize] < 1.2 * edge).collect();
+    let mut wrong: Vec<(f64, u32, u32)> = outer
+        .into_par_iter()
+        .flat_map_iter(|o| shared.neighbours(o).into_iter().map(move |z| (z, o)))
+        .filter(|&(z, _)| values[z as usize] == 0.0)
+        .filter_map(|(z, o)| {
+            let (p, q) = (shared.points[z as usize], shared.points[o as usize]);
+            let middle = (p + q) / 2.0;
+            // within the empty ball around the outer vertex there is nothing to find out
+            let clear = middle.distance(q) < values[o as usize];
+            (!clear).then(|| (solid.signed_distance(middle, edge), z, o))
+        })
+        .filter(|w| w.0 < -0.2 * edge)
+        .collect();
+    wrong.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let floor = angle_score(2.0);
+    for (_, z, o) in wrong {
+        let (zi, oi) = (z as usize, o as usize);
+        if phi[zi] != 0.0 || phi[oi] <= 0.0 {
+            continue;
+        }
+        if dim[zi] == 2 && depth[zi] < -0.05 * edge && worst_from(points[zi], &mesh.view(z), floor) > floor {
+            mesh.points[zi] = points[zi];
+            (phi[zi], dim[zi]) = (depth[zi], 3);
+            continue;
+        }
+        let to = solid.project(mesh.points[oi]);
+        if phi[oi] < 0.6 * edge && worst_from(to, &mesh.view(o), floor) > floor {
+            mesh.points[oi] = to;
+            (phi[oi], dim[oi]) = (0.0, 2);
+        }
+    }
+}
+
 /// Tetrahedra in the middle of the solid that would be cut away for want of an inner vertex get one: a vertex that was
 /// inside before it was pulled goes back, or else the deepest one is brought in.
 fn rescue(
@@ -193,40 +241,41 @@ fn rescue(
             && tet.iter().any(|&v| phi[v as usize] > 0.0)
             && tet.iter().all(|&v| phi[v as usize] < 2.0 * edge)
     };
-    for part in [0.25, 0.12] {
-        let (shared, values) = (&*mesh, &*phi);
-        let all: Vec<u32> = mesh.living().collect();
-        let mut lost: Vec<(f64, u32, DVec3)> = all
-            .into_par_iter()
-            .filter(|&t| doomed(shared, values, t))
-            .map(|t| {
-                let middle = shared.tets[t as usize].iter().map(|&v| shared.points[v as usize]).sum::<DVec3>() / 4.0;
-                (solid.signed_distance(middle, edge), t, middle)
-            })
-            .filter(|l| l.0 < -part * edge)
-            .collect();
-        lost.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        for (deep, t, middle) in lost {
-            if !doomed(mesh, phi, t) {
-                continue;
-            }
-            let mut tet = mesh.tets[t as usize];
-            tet.sort_by(|&a, &b| depth[a as usize].total_cmp(&depth[b as usize]).then(a.cmp(&b)));
-            for v in tet.into_iter().filter(|&v| dim[v as usize] > 1) {
-                let was_inside = depth[v as usize] < -0.1 * edge;
-                let (to, value) = if was_inside { (points[v as usize], depth[v as usize]) } else { (middle, deep) };
-                let from = mesh.points[v as usize];
-                let view = mesh.view(v);
-                let floor = angle_score(2.0);
-                let place = [1.0, 0.7, 0.45, 0.3].into_iter().find(|&part| {
-                    let p = from.lerp(to, part);
-                    worst_from(p, &view, floor) > floor && (was_inside || solid.signed_distance(p, edge) < -0.1 * edge)
-                });
-                if let Some(part) = place {
-                    mesh.points[v as usize] = from.lerp(to, part);
-                    (phi[v as usize], dim[v as usize]) = (value * part, 3);
-                    break;
-                }
+    uncross(solid, mesh, phi, dim, (&points, &depth), edge);
+    let (shared, values) = (&*mesh, &*phi);
+    let all: Vec<u32> = mesh.living().collect();
+    let mut lost: Vec<(f64, u32, DVec3)> = all
+        .into_par_iter()
+        .filter(|&t| doomed(shared, values, t))
+        .filter_map(|t| {
+            let tet = shared.tets[t as usize];
+            let middle = tet.iter().map(|&v| shared.points[v as usize]).sum::<DVec3>() / 4.0;
+            let clear = tet.iter().any(|&v| middle.distance(shared.points[v as usize]) < values[v as usize]);
+            (!clear).then(|| (solid.signed_distance(middle, edge), t, middle))
+        })
+        .filter(|l| l.0 < -0.12 * edge)
+        .collect();
+    lost.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    for (deep, t, middle) in lost {
+        if !doomed(mesh, phi, t) {
+            continue;
+        }
+        let mut tet = mesh.tets[t as usize];
+        tet.sort_by(|&a, &b| depth[a as usize].total_cmp(&depth[b as usize]).then(a.cmp(&b)));
+        for v in tet.into_iter().filter(|&v| dim[v as usize] > 1) {
+            let was_inside = depth[v as usize] < -0.1 * edge;
+            let (to, value) = if was_inside { (points[v as usize], depth[v as usize]) } else { (middle, deep) };
+            let from = mesh.points[v as usize];
+            let view = mesh.view(v);
+            let floor = angle_score(2.0);
+            let place = [1.0, 0.7, 0.45, 0.3].into_iter().find(|&part| {
+                let p = from.lerp(to, part);
+                worst_from(p, &view, floor) > floor && (was_inside || solid.signed_distance(p, edge) < -0.1 * edge)
+            });
+            if let Some(part) = place {
+                mesh.points[v as usize] = from.lerp(to, part);
+                (phi[v as usize], dim[v as usize]) = (value * part, 3);
+                break;
             }
         }
     }
