@@ -131,7 +131,7 @@ impl Tile {
 }
 
 /// Sweeps of random change, and the smallest angle they leave [degrees].
-const HOT: usize = 8;
+const HOT: usize = 14;
 const FLOOR: f64 = 5.0;
 /// Sweeps of improvement.
 const COLD: u64 = 7;
