@@ -207,7 +207,7 @@ pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), M
     best.filter(|b| b.1.volume_ratio.is_none_or(|v| v > 0.25)).ok_or_else(|| {
         let (lo, hi) = solid.bounds();
         let flat = (hi - lo).min_element() / 2.0;
-        let thin = thin::typical(solid, size).map_or(flat, |radius| flat.min(2.0 * radius / LAYERS));
+        let thin = thin::typical(solid, size.min(flat)).map_or(flat, |radius| flat.min(2.0 * radius / LAYERS));
         MeshError::TooCoarse { size, advice: thin }
     })
 }

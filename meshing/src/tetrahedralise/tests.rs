@@ -245,7 +245,7 @@ fn bad_input_is_named() {
         matches!(error(&unit(), shell), MeshError::ThinShell { advice, .. } if (advice - 0.02 / LAYERS).abs() < 1e-9)
     );
     assert!(
-        matches!(error(&unit(), Options::new(40.0)), MeshError::TooCoarse { advice, .. } if advice > 0.2 && advice <= 0.5)
+        matches!(error(&unit(), Options::new(40.0)), MeshError::TooCoarse { advice, .. } if advice > 0.05 && advice <= 0.5)
     );
 }
 

@@ -57,7 +57,7 @@ fn middle(solid: &dyn Solid, p: DVec3, n: DVec3, limit: f64) -> Option<Middle> {
     }
     let mut radius = limit;
     let mut touch = None;
-    for _ in 0..8 {
+    for _ in 0..30 {
         let centre = p - n * radius;
         let q = solid.project(centre);
         if q.distance(centre) > radius * 0.999 {
@@ -72,9 +72,10 @@ fn middle(solid: &dyn Solid, p: DVec3, n: DVec3, limit: f64) -> Option<Middle> {
         touch = Some(q);
     }
     let centre = p - n * radius;
-    // the two touching points must face each other; at a convex edge they stand at its opening angle
+    // the two touching points must face each other; at a convex edge they stand at its opening angle, and right on one
+    // the ball shrinks to nothing
     let facing = (p - centre).normalize_or_zero().dot((touch? - centre).normalize_or_zero());
-    (facing < -0.5 && radius < limit).then_some(Middle { at: centre, radius })
+    (facing < -0.5 && radius > 1e-3 * limit && radius < limit).then_some(Middle { at: centre, radius })
 }
 
 /// Brings background vertices into thin walls. Returns for each vertex whether it must stay inside.
