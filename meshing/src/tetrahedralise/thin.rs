@@ -33,11 +33,14 @@ pub fn walls(solid: &dyn Solid, edge: f64) -> Vec<Middle> {
     solid.samples(0.4 * edge).into_par_iter().filter_map(found).collect()
 }
 
-/// Half the thickness [m] of the thinnest wall within `size` of `place`.
+/// Half the thickness [m] of thin walls within `size` of `place`: the lower quartile, since single points near an edge
+/// may find nearly nothing.
 pub fn thinnest(solid: &dyn Solid, place: DVec3, size: f64) -> Option<f64> {
     let near = |s: &(DVec3, DVec3)| s.0.distance(place) < size;
     let found = |(p, n)| middle(solid, p, n, size).map(|m| m.radius);
-    solid.samples(0.3 * size).into_iter().filter(near).filter_map(found).reduce(f64::min)
+    let mut all: Vec<f64> = solid.samples(0.3 * size).into_iter().filter(near).filter_map(found).collect();
+    all.sort_unstable_by(f64::total_cmp);
+    all.get(all.len() / 4).copied()
 }
 
 /// Half the thickness [m] that at most half of the surface has, where walls thinner than `2 · size` are typical.
@@ -45,7 +48,7 @@ pub fn typical(solid: &dyn Solid, size: f64) -> Option<f64> {
     let radius = |(p, n)| middle(solid, p, n, size).map(|m| m.radius);
     let mut all: Vec<f64> = solid.samples(size).into_iter().filter_map(radius).collect();
     all.sort_unstable_by(f64::total_cmp);
-    all.get(all.len() / 2).copied()
+    all.get(all.len() / 2).copied().filter(|r| *r > 0.0)
 }
 
 fn middle(solid: &dyn Solid, p: DVec3, n: DVec3, limit: f64) -> Option<Middle> {
@@ -54,7 +57,7 @@ fn middle(solid: &dyn Solid, p: DVec3, n: DVec3, limit: f64) -> Option<Middle> {
     }
     let mut radius = limit;
     let mut touch = None;
-    for _ in 0..8 {
+    for _ in 0..30 {
         let centre = p - n * radius;
         let q = solid.project(centre);
         if q.distance(centre) > radius * 0.999 {
@@ -69,9 +72,10 @@ fn middle(solid: &dyn Solid, p: DVec3, n: DVec3, limit: f64) -> Option<Middle> {
         touch = Some(q);
     }
     let centre = p - n * radius;
-    // the two touching points must face each other; at a convex edge they stand at its opening angle
+    // the two touching points must face each other; at a convex edge they stand at its opening angle, and right on one
+    // the ball shrinks to nothing
     let facing = (p - centre).normalize_or_zero().dot((touch? - centre).normalize_or_zero());
-    (facing < -0.5 && radius < limit).then_some(Middle { at: centre, radius })
+    (facing < -0.5 && radius > 1e-3 * limit && radius < limit).then_some(Middle { at: centre, radius })
 }
 
 /// Brings background vertices into thin walls. Returns for each vertex whether it must stay inside.

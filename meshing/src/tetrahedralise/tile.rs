@@ -131,7 +131,7 @@ impl Tile {
 }
 
 /// Sweeps of random change, and the smallest angle they leave [degrees].
-const HOT: usize = 8;
+const HOT: usize = 14;
 const FLOOR: f64 = 5.0;
 /// Sweeps of improvement.
 const COLD: u64 = 7;
@@ -170,10 +170,16 @@ mod tests {
                 count += 1.0;
             }
         }
+        println!(
+            "worst {:.1} cubic {:.4} tensor {}",
+            (-mesh.worst(&all)).acos().to_degrees(),
+            quartic / count / 0.6 - 1.0,
+            tensor * (3.0 / count)
+        );
         assert!((volume / tile.side.powi(3) - 1.0).abs() < 1e-9);
-        assert!(mesh.worst(&all) > angle_score(20.0)); // measured 24 and more
-        assert!((quartic / count / 0.6 - 1.0).abs() < 0.015); // measured 0.5 %; the lattice has 16.7 %
+        assert!(mesh.worst(&all) > angle_score(20.0)); // measured 28.3
+        assert!((quartic / count / 0.6 - 1.0).abs() < 0.015); // measured 0.004; the lattice has 0.167
         let thirds = tensor * (3.0 / count);
-        assert!((thirds - glam::DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 0.03)); // measured 0.01
+        assert!((thirds - glam::DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 0.03)); // measured 0.0135
     }
 }
