@@ -16,6 +16,7 @@ mod triangle;
 pub use clip::Clip;
 pub use error::FamilyError;
 
+use fissure_engine::Families;
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -26,41 +27,11 @@ const BLOCK: usize = 512;
 /// Squared radii differ by this factor between what the tree is asked for, δ², and what is taken without a check.
 const MARGIN: f64 = 1e-9;
 
-/// Neighbour lists of all particles: row `i` is `neighbours[offsets[i]..offsets[i + 1]]`, ascending, without `i`
-/// itself. If `j` is in row `i` then `i` is in row `j`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Families {
-    /// Start of each row, and the end of the last: one number more than particles.
-    pub offsets: Vec<u32>,
-    /// Particle numbers.
-    pub neighbours: Vec<u32>,
-    /// How many directed bonds the clip took away.
-    pub clipped: usize,
-}
-
-impl Families {
-    /// The family of particle `i`.
-    pub fn row(&self, i: usize) -> &[u32] {
-        &self.neighbours[self.offsets[i] as usize..self.offsets[i + 1] as usize]
-    }
-
-    /// Number of particles.
-    pub fn len(&self) -> usize {
-        self.offsets.len().saturating_sub(1)
-    }
-
-    /// Whether there are no particles.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-}
-
 /// One block of rows, end to end.
 struct Block {
     /// Row lengths.
     lengths: Vec<u32>,
     neighbours: Vec<u32>,
-    clipped: usize,
     /// Particles with nobody within the horizon.
     isolated: Vec<u32>,
 }
@@ -85,15 +56,15 @@ pub fn families(points: &[DVec3], horizon: f64, clip: Option<&Clip>) -> Result<F
     let rows = |block: usize, room: usize| -> Block {
         let range = block * BLOCK..points.len().min((block + 1) * BLOCK);
         let (mut lengths, mut neighbours) = (Vec::with_capacity(range.len()), Vec::with_capacity(room));
-        let (mut isolated, mut clipped) = (Vec::new(), 0);
+        let mut isolated = Vec::new();
         for i in range {
             let start = neighbours.len();
-            let mut found = 0;
+            let mut any = false;
             visit_ball(&tree, points[i], horizon, |j, d2| {
                 // The tree may sum the squares in another order for the two ends of a bond; our sum is symmetric.
                 let near = d2 <= sure || points[j as usize].distance_squared(points[i]) <= horizon * horizon;
                 if near && j as usize != i {
-                    found += 1;
+                    any = true;
                     if clip.as_ref().is_none_or(|c| c.keeps(i, j as usize)) {
                         neighbours.push(j);
                     }
@@ -101,12 +72,11 @@ pub fn families(points: &[DVec3], horizon: f64, clip: Option<&Clip>) -> Result<F
             });
             neighbours[start..].sort_unstable();
             lengths.push((neighbours.len() - start) as u32);
-            clipped += found - (neighbours.len() - start);
-            if found == 0 {
+            if !any {
                 isolated.push(i as u32);
             }
         }
-        Block { lengths, neighbours, clipped, isolated }
+        Block { lengths, neighbours, isolated }
     };
 
     let blocks = points.len().div_ceil(BLOCK);
@@ -134,7 +104,6 @@ pub fn families(points: &[DVec3], horizon: f64, clip: Option<&Clip>) -> Result<F
                 end
             }));
             all.neighbours.extend_from_slice(&block.neighbours);
-            all.clipped += block.clipped;
             isolated.extend_from_slice(&block.isolated);
         }
     }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use fissure_engine::{Anchor, BodyInput, Families, Registry, Surroundings, World};
+use fissure_engine::{Anchor, BodyInput, Registry, Surroundings, World};
 use fissure_meshing::crack::CrackMesh;
 use fissure_meshing::family::{Clip, families};
 use fissure_meshing::order::morton_order;
@@ -79,7 +79,7 @@ impl Simulation {
             horizon,
             velocity: body.velocity,
             spin: body.spin,
-            families: Families { offsets: rows.offsets, neighbours: rows.neighbours },
+            families: rows,
         };
         self.world.add(input, material).map_err(|e| fail(e.to_string()))?;
 
