@@ -216,7 +216,12 @@ fn no_bond_crosses_the_notches_of_the_sheet() {
         };
         (0..f.len()).map(|i| f.row(i).iter().filter(|&&j| through(i, j)).count()).sum()
     };
-    println!("sheet: {} bonds cross a notch, {} lost of {}", crossing(&whole), whole.neighbours.len() - clipped.neighbours.len(), whole.neighbours.len());
+    println!(
+        "sheet: {} bonds cross a notch, {} lost of {}",
+        crossing(&whole),
+        whole.neighbours.len() - clipped.neighbours.len(),
+        whole.neighbours.len()
+    );
     assert_eq!(crossing(&clipped), 0);
     assert!(crossing(&whole) > 100);
     assert!(whole.neighbours.len() - clipped.neighbours.len() <= crossing(&whole) * 11 / 10);
