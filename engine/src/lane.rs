@@ -137,11 +137,11 @@ impl Lane for f32x8 {
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        self.simd_lt(other).select(self, other)
+        self.fast_min(other) // `self < other ? self : other`, one instruction
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        self.simd_gt(other).select(self, other)
+        self.fast_max(other)
     }
     /// Number by number, so that eight lanes give the bits of one.
     fn exp(self) -> Self {
