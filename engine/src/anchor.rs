@@ -12,7 +12,7 @@ pub struct Anchor {
     pub name: String,
     /// The particles held, in the world's numbering.
     pub particles: Buffer<u32>,
-    /// Where each of them was when the anchor took hold [m].
+    /// Where each of them was when the anchor took hold [m]; until then where it was at the start.
     pub start: Buffer<DVec3>,
     /// Velocity of the motion [m/s].
     pub velocity: DVec3,
@@ -27,9 +27,10 @@ pub struct Anchor {
 }
 
 impl Anchor {
-    /// Whether the anchor holds during the step that ends at `time`.
+    /// Whether the anchor holds during the step whose middle is at `time`: the middle, so that rounding of the ends does
+    /// not matter.
     pub fn holds(&self, time: f64) -> bool {
-        time > self.from && time <= self.until
+        time > self.from && time < self.until
     }
 
     /// Where particle number `k` of the anchor has to be at `time` [m].
@@ -63,6 +64,6 @@ mod tests {
             ..Default::default()
         };
         assert!(anchor.place(0, 0.5).distance(DVec3::new(0.0, 1.0, 0.5)) < 1e-15);
-        assert!(anchor.holds(1.0) && !anchor.holds(1.0 + 1e-9) && !anchor.holds(0.0));
+        assert!(anchor.holds(0.999) && !anchor.holds(1.001) && !anchor.holds(-0.001));
     }
 }

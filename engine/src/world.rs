@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use thiserror::Error;
 
@@ -158,13 +158,14 @@ impl World {
         let first = input.points.first().copied().unwrap_or_default();
         let (low, high) = input.points.iter().fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p)));
         let origin = (low + high) / 2.0;
-        let mass: f64 = input.volumes.iter().sum();
-        let middle: DVec3 = input.points.iter().zip(input.volumes).map(|(p, v)| *p * *v).sum::<DVec3>() / mass;
+        let rest: Vec<Vec3> = input.points.iter().map(|p| (*p - origin).as_vec3()).collect();
+        let volume: f64 = input.volumes.iter().sum();
+        let moment: DVec3 = rest.iter().zip(input.volumes).map(|(x, v)| x.as_dvec3() * *v).sum();
+        let middle = origin + moment / volume;
         let p = &mut self.particles;
         for k in 0..n {
-            let rest = (input.points[k] - origin).as_vec3();
-            let position = origin + rest.as_dvec3();
-            p.rest.to_mut().push(rest);
+            let position = origin + rest[k].as_dvec3();
+            p.rest.to_mut().push(rest[k]);
             p.position.to_mut().push(position);
             p.velocity.to_mut().push(input.velocity + input.spin.cross(position - middle));
             p.volume.to_mut().push(input.volumes[k]);
@@ -252,9 +253,14 @@ impl World {
             *v += *dv + fall;
             *x += *v * dt;
         });
-        for anchor in self.anchors.iter().filter(|a| a.holds(self.time)) {
-            for (k, &i) in anchor.particles.iter().enumerate() {
-                let i = i as usize;
+        let middle = self.time - 0.5 * dt;
+        for anchor in self.anchors.iter_mut().filter(|a| a.holds(middle)) {
+            let takes_hold = !anchor.holds(middle - dt);
+            for k in 0..anchor.particles.len() {
+                let i = anchor.particles[k] as usize;
+                if takes_hold {
+                    anchor.start[k] = p.position[i] - p.velocity[i] * dt;
+                }
                 let (before, place) = (anchor.place(k, self.time - dt), anchor.place(k, self.time));
                 p.velocity[i] = (place - before) / dt;
                 p.position[i] = place;

@@ -8,7 +8,9 @@ use crate::frames::Frame;
 /// Opening angle of the automatic camera (degrees): a long lens, which keeps upright things upright.
 const OPENING: f64 = 28.0;
 /// Part of the picture that stays free around the bodies, on every side.
-const MARGIN: f64 = 0.09;
+const MARGIN: f64 = 0.14;
+/// Pieces with a smaller part of the vertices than this may fly out of the picture: dust must not shrink the rest.
+const SPLINTER: f64 = 0.005;
 /// Part of the points an automatic camera may lose on each side, so that one splinter that flies off does not shrink
 /// the rest to a dot.
 const LOST: f64 = 0.002;
@@ -44,7 +46,7 @@ impl Camera {
         let back = DVec3::new(elevation.cos() * azimuth.sin(), elevation.sin(), elevation.cos() * azimuth.cos());
         let back = if back.is_finite() { back } else { DVec3::Z };
         let (right, up) = axes(-back);
-        let points: Vec<DVec3> = frames.iter().flat_map(|f| f.positions.iter()).filter_map(finite).collect();
+        let points: Vec<DVec3> = frames.iter().flat_map(|f| substance(f)).collect();
         if points.is_empty() {
             let target = DVec3::new(0.0, view.ground.filter(|y| y.is_finite()).unwrap_or(0.0) + 0.5, 0.0);
             return Self { eye: (target + 5.0 * back).to_array(), target: target.to_array(), opening: OPENING };
@@ -89,6 +91,20 @@ impl Camera {
             tangents: [(half * aspect) as f32, half as f32],
         })
     }
+}
+
+/// The points that a camera must see: those of pieces with at least [`SPLINTER`] of the frame's vertices, or all if
+/// everything is splinters.
+fn substance(frame: &Frame) -> Vec<DVec3> {
+    let mut pieces = frame.piece.clone();
+    pieces.sort_unstable();
+    let least = (frame.positions.len() as f64 * SPLINTER) as usize;
+    let large: Vec<u32> =
+        pieces.chunk_by(|a, b| a == b).filter(|same| same.len() > least).map(|same| same[0]).collect();
+    let kept = |v: &usize| frame.piece.get(*v).is_some_and(|p| large.binary_search(p).is_ok());
+    let some: Vec<DVec3> =
+        (0..frame.positions.len()).filter(kept).filter_map(|v| finite(&frame.positions[v])).collect();
+    if some.is_empty() { frame.positions.iter().filter_map(finite).collect() } else { some }
 }
 
 impl Lens {
