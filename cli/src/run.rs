@@ -5,10 +5,10 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use fissure_engine::{Phase, Registry};
+use fissure_engine::{Kind, Parameter, Phase, Registry};
 use fissure_io::checkpoint::{About, Store};
 use fissure_io::frames::Frame;
-use fissure_io::scene::Scene;
+use fissure_io::scene::{Chosen, Scene};
 use fissure_io::simulation::Simulation;
 use serde_json::json;
 
@@ -125,7 +125,7 @@ fn start(path: &Path, out: &Path, options: &RunArgs, registry: &Registry) -> Res
     };
     folder.keep_scene(&scene)?;
     let mut driver = Driver::new(folder, scene, simulation, options)?;
-    driver.introduce(&notes);
+    driver.introduce(&notes, registry)?;
     let about = driver.about();
     driver.store.write_frozen(&mut driver.simulation, &about)?;
     driver.frame()?;
@@ -220,7 +220,7 @@ impl Driver {
         }
     }
 
-    fn introduce(&mut self, notes: &[String]) {
+    fn introduce(&mut self, notes: &[String], registry: &Registry) -> Result<(), Error> {
         let scene = &self.scene;
         self.log.say(&format!("{} ({}), into {}", scene.title, scene.file(), self.folder.dir().display()));
         notes.iter().for_each(|n| self.log.say(n));
@@ -228,23 +228,24 @@ impl Driver {
             let body = &self.simulation.world.bodies[k];
             let told = &self.scene.bodies[k];
             let bonds = body.material.bonds().map_or(0, |b| b.directed());
-            let formulation = told.law.given.iter().find(|g| g.key == "formulation");
-            let formulation = formulation.map_or(String::new(), |g| format!(", formulation {}", g.value));
+            let entry = registry.entry(&told.law.name).map_err(|e| self.scene.blame(&body.name, &e))?;
+            let material = chosen(&told.law, entry.parameters);
+            let criterion = entry.criteria.iter().find(|c| c.name == told.criterion.name);
+            let fracture = chosen(&told.criterion, criterion.map_or(&[], |c| c.parameters));
             let sentence = format!(
-                "body {}: {} particles, {bonds} directed bonds ({:.1} each), spacing {:.3e} m, horizon {:.3e} m; {}{formulation}, fracture {}",
+                "body {}: {} particles, {bonds} directed bonds ({:.1} each), spacing {:.3e} m, horizon {:.3e} m; {material}; fracture {fracture}",
                 body.name,
                 body.range.len(),
                 bonds as f64 / body.range.len().max(1) as f64,
                 body.spacing,
-                body.horizon,
-                told.law.name,
-                told.criterion.name
+                body.horizon
             );
             self.log.say(&sentence);
         }
         let dt = self.simulation.world.dt;
         let how = if self.scene.dt.is_some() { "as given" } else { "from the stable step" };
         self.log.say(&format!("{} steps of {dt:.3e} s ({how})", self.last));
+        Ok(())
     }
 
     /// Steps until the end, an interrupt or an error.
@@ -383,4 +384,16 @@ impl Driver {
         ];
         self.log.close(&lines.join("\n"), &event);
     }
+}
+
+/// A law or criterion with what the scene gives and what it leaves at its default.
+fn chosen(chosen: &Chosen, parameters: &[Parameter]) -> String {
+    let value = |p: &Parameter| match (chosen.given.iter().find(|g| g.key == p.name), p.kind) {
+        (Some(given), _) => Some(format!("{} {}", p.name, given.value)),
+        (None, Kind::NumberOr(_, default)) => Some(format!("{} {default}", p.name)),
+        (None, Kind::Word(words)) => Some(format!("{} {}", p.name, words[0])),
+        (None, _) => None,
+    };
+    let values: Vec<String> = parameters.iter().filter_map(value).collect();
+    if values.is_empty() { chosen.name.clone() } else { format!("{} ({})", chosen.name, values.join(", ")) }
 }
