@@ -76,12 +76,14 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     /// This bond's share of the dilatation: θ_i = Σ_j dilatation · V_j, so its unit is 1/m³.
     fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L;
 
-    /// T_ij [N/m⁶], positive in tension, for the state *after* any flow of this step. Must not depend on anything
-    /// else: evaluating twice gives the same bits.
+    /// T_ij [N/m⁶], positive in tension. `memory` is that before the flow of this step: a plastic law returns the force
+    /// on its yield surface and leaves remembering to [`flow`](Self::flow). Must not depend on anything else: evaluating
+    /// twice gives the same bits.
     fn force<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L;
 
-    /// The memory after this step; called once per step. Default: unchanged.
-    fn flow<L: Lane>(&self, _b: &Bond<L>, memory: [L; M]) -> [L; M] {
+    /// The memory after this step of `dt` [s]; called once per step, at the positions that the force was evaluated at.
+    /// Default: unchanged.
+    fn flow<L: Lane>(&self, _b: &Bond<L>, memory: [L; M], _dt: f64) -> [L; M] {
         memory
     }
 

@@ -57,8 +57,8 @@ pub trait Material: Send + Sync {
     /// the same bits.
     fn respond(&mut self, p: &BodyParticles<'_>, dt: f64, dv: &mut [DVec3]);
 
-    /// Lets the memory flow (plasticity); once per step, after [`respond`](Self::respond) at the same positions.
-    fn flow(&mut self) {}
+    /// Lets the memory flow over `dt` [s] (plasticity); once per step, after [`respond`](Self::respond) at the same positions.
+    fn flow(&mut self, _dt: f64) {}
 
     /// Breaks what [`respond`](Self::respond) found to be over the limit: updates `damage` [1] and appends every broken
     /// link to `cuts`, in order of `i`.

@@ -196,7 +196,7 @@ impl World {
         let mut profile = self.profile;
         profile.time(Phase::Respond, || self.respond())?;
         profile.time(Phase::Contact, || self.contact());
-        profile.time(Phase::Flow, || self.bodies.iter_mut().for_each(|b| b.material.flow()));
+        profile.time(Phase::Flow, || self.bodies.iter_mut().for_each(|b| b.material.flow(self.dt)));
         profile.time(Phase::Fracture, || self.fracture());
         profile.time(Phase::Integrate, || self.integrate());
         self.profile = profile;

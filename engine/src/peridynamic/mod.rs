@@ -174,7 +174,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         self.scratch.marks = marks;
     }
 
-    fn flow(&mut self) {
+    fn flow(&mut self, dt: f64) {
         if M == 0 || self.scratch.records.len() != self.bonds.rows() {
             return;
         }
@@ -187,7 +187,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
             let base = scene.chunks(rows.start).start * CHUNK;
             let (mut own, mut twin) = (own.map(|c| c.values), twin.map(|c| c.values));
             for i in rows {
-                scene.flow(law, i, base, &mut own, &mut twin);
+                scene.flow(law, i, dt, base, &mut own, &mut twin);
             }
         });
     }

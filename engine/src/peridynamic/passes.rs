@@ -187,6 +187,7 @@ impl<'a, R: Record> Scene<'a, R> {
         &self,
         law: &T,
         i: usize,
+        dt: f64,
         base: usize,
         own: &mut [&mut [f32]; M],
         twin: &mut [&mut [f32]; M],
@@ -202,7 +203,7 @@ impl<'a, R: Record> Scene<'a, R> {
                 let mask = R::Lane::unpack(intact);
                 let side = |bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
                     let old: [R::Lane; M] = std::array::from_fn(|k| R::Lane::load(&columns[k][slot - base..]));
-                    let new = law.flow(bond, old);
+                    let new = law.flow(bond, old, dt);
                     for k in 0..M {
                         R::Lane::pick(mask, new[k], old[k]).store(&mut columns[k][slot - base..]);
                     }
