@@ -12,6 +12,7 @@ mod mesh;
 mod progress;
 mod render;
 mod run;
+mod say;
 
 use std::process::ExitCode;
 
@@ -19,6 +20,7 @@ use clap::Parser;
 use fissure_engine::Registry;
 
 use crate::args::{Args, Command};
+use crate::say::complain;
 pub use crate::error::Error;
 pub use crate::folder::RunFolder;
 pub use crate::run::{Outcome, RunOptions, resume, run};
@@ -32,13 +34,13 @@ pub use crate::run::{Outcome, RunOptions, resume, run};
 /// ```
 pub fn main_with(registry: Registry) -> ExitCode {
     if let Some(lack) = missing_instructions() {
-        eprintln!("error: {lack}");
+        complain!("error: {lack}");
         return ExitCode::from(2);
     }
     match dispatch(Args::parse().command, &registry) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {error}");
+            complain!("error: {error}");
             ExitCode::from(2)
         }
     }

@@ -13,9 +13,11 @@ use fissure_io::simulation::Simulation;
 use serde_json::json;
 
 use crate::args::RunArgs;
+use crate::info::called;
 use crate::log::Log;
 use crate::progress::Progress;
 use crate::render::{picture, view};
+use crate::say::counted;
 use crate::{Error, RunFolder};
 
 /// Set by Ctrl-C.
@@ -123,8 +125,9 @@ fn start(path: &Path, out: &Path, options: &RunArgs, registry: &Registry) -> Res
             return Err(error.into());
         }
     };
+    let log = Log::open(&folder.log(), options)?;
     folder.keep_scene(&scene)?;
-    let mut driver = Driver::new(folder, scene, simulation, options)?;
+    let mut driver = Driver::new(folder, log, scene, simulation, options)?;
     driver.introduce(&notes);
     let about = driver.about();
     driver.store.write_frozen(&mut driver.simulation, &about)?;
@@ -141,18 +144,23 @@ fn go_on(dir: &Path, options: &RunArgs, registry: &Registry) -> Result<Outcome, 
     }
     let folder = RunFolder::open(dir)?;
     let scene = Scene::load(&folder.scene(), &[])?;
-    until(&scene, options)?;
+    let until = until(&scene, options)?;
+    let mut log = Log::open(&folder.log(), options)?;
     let latest = folder.store(scene.output.keep)?.latest_complete()?;
     let simulation = Simulation::restore(&scene, registry, &latest)?;
-    let skipped: Vec<String> = latest.skipped.iter().map(|e| format!("passed over: {e}")).collect();
-    let mut driver = Driver::new(folder, scene, simulation, options)?;
-    skipped.iter().for_each(|s| driver.log.say(s));
+    latest.skipped.iter().for_each(|e| log.say(&format!("passed over: {e}")));
+    let mut driver = Driver::new(folder, log, scene, simulation, options)?;
     let (step, time) = (driver.simulation.world.step, driver.simulation.world.time);
+    let what = format!("{} ({})", called(&driver.scene), dir.display());
     if step >= driver.last {
-        driver.log.say(&format!("the run is finished: step {step}, time {time:.6} s"));
+        driver.log.say(&format!("{what} is finished: step {step}, time {time:.6} s"));
         return Ok(Outcome::Finished);
     }
-    driver.log.say(&format!("resumed at step {step}, time {time:.6} s"));
+    if step > driver.stop {
+        let sentence = format!("--until {until} is past: {} is at {time:.6} s already; give a later time", dir.display());
+        return Err(Error::Usage(sentence));
+    }
+    driver.log.say(&format!("resumed {what} at step {step}, time {time:.6} s"));
     driver.go()
 }
 
@@ -190,11 +198,16 @@ struct Spent {
 }
 
 impl Driver {
-    fn new(folder: RunFolder, scene: Scene, simulation: Simulation, options: &RunArgs) -> Result<Self, Error> {
+    fn new(
+        folder: RunFolder,
+        log: Log,
+        scene: Scene,
+        simulation: Simulation,
+        options: &RunArgs,
+    ) -> Result<Self, Error> {
         let dt = simulation.world.dt;
         let steps = |time: f64| ((time / dt).round() as u64).max(1);
         let store = folder.store(scene.output.keep)?;
-        let log = Log::open(&folder.log(), options)?;
         Ok(Self {
             last: steps(scene.duration),
             stop: steps(until(&scene, options)?),
@@ -222,7 +235,7 @@ impl Driver {
 
     fn introduce(&mut self, notes: &[String]) {
         let scene = &self.scene;
-        self.log.say(&format!("{} ({}), into {}", scene.title, scene.file(), self.folder.dir().display()));
+        self.log.say(&format!("{} ({}), into {}", called(scene), scene.file(), self.folder.dir().display()));
         notes.iter().for_each(|n| self.log.say(n));
         for k in 0..self.simulation.world.bodies.len() {
             let body = &self.simulation.world.bodies[k];
@@ -306,7 +319,7 @@ impl Driver {
         let (bonds, broken) = world.bond_counts();
         let pieces = frame.piece.iter().max().map_or(0, |p| p + 1);
         let sentence = format!(
-            "frame {}: step {}, t = {:.6} s, kinetic {:.4e} J, elastic {:.4e} J, gravity {:.4e} J, {} of {} bonds broken, {pieces} fragments",
+            "frame {}: step {}, t = {:.6} s, kinetic {:.4e} J, elastic {:.4e} J, gravity {:.4e} J, {} of {} bonds broken, {}",
             frame.number,
             world.step,
             world.time,
@@ -314,7 +327,8 @@ impl Driver {
             energies.elastic,
             energies.gravity,
             broken / 2,
-            bonds / 2
+            bonds / 2,
+            counted(pieces as usize, "fragment")
         );
         let event = json!({
             "event": "frame", "frame": frame.number, "step": world.step, "time": world.time,
@@ -379,7 +393,7 @@ impl Driver {
                 1e3 * seconds / n
             ),
             format!("time: {}", shares.join(", ")),
-            format!("{} of {} bonds broken, {pieces} fragments", broken / 2, bonds / 2),
+            format!("{} of {} bonds broken, {}", broken / 2, bonds / 2, counted(pieces, "fragment")),
         ];
         self.log.close(&lines.join("\n"), &event);
     }
