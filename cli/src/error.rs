@@ -27,8 +27,8 @@ pub enum Error {
     Picture(#[from] PictureError),
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    #[error("{error}; the last good state is in {}", dir.display())]
-    Step { error: StepError, dir: PathBuf },
+    #[error("{error}; the last good state is in {}", checkpoint.display())]
+    Step { error: StepError, checkpoint: PathBuf },
     #[error(
         "{} holds another run; give another folder with --out, go on with `fissure resume {}`, or remove it",
         .0.display(), .0.display()

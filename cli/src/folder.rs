@@ -37,7 +37,8 @@ impl RunFolder {
         let missing = dir.ancestors().take_while(|d| !d.as_os_str().is_empty() && !d.exists());
         let folder = Self { dir: dir.into(), made: missing.map(Path::to_path_buf).collect() };
         let probe = dir.join(".probe.tmp");
-        let tried = fs::create_dir_all(dir).and_then(|()| fs::write(&probe, b"")).and_then(|()| fs::remove_file(&probe));
+        let tried =
+            fs::create_dir_all(dir).and_then(|()| fs::write(&probe, b"")).and_then(|()| fs::remove_file(&probe));
         match tried {
             Ok(()) => Ok(folder),
             Err(error) => {

@@ -90,7 +90,7 @@ fn is_frame(path: &Path) -> bool {
     use std::io::Read;
     let mut start = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(200).read_to_end(&mut start));
-    read.is_ok() && start.windows(22).any(|w| w == b"\ncomment fissure frame ")
+    read.is_ok() && String::from_utf8_lossy(&start).contains("\ncomment fissure frame ")
 }
 
 fn frame(path: &Path) -> Result<(), Error> {
@@ -115,7 +115,10 @@ fn frame(path: &Path) -> Result<(), Error> {
 }
 
 fn bounds((low, high): (DVec3, DVec3)) {
-    let place = |p: DVec3| format!("({:.4}, {:.4}, {:.4})", p.x, p.y, p.z);
+    // as many decimals as make four digits of the size
+    let decimals = (3.0 - (high - low).max_element().log10().floor()).clamp(0.0, 12.0);
+    let round = |x: f64| (x * 10_f64.powf(decimals)).round() / 10_f64.powf(decimals) + 0.0; // + 0: no minus zero
+    let place = |p: DVec3| format!("({}, {}, {})", round(p.x), round(p.y), round(p.z));
     say!("from {} to {} m", place(low), place(high));
 }
 

@@ -59,7 +59,8 @@ fn in_range(options: &MeshArgs) -> Result<(), Error> {
 
 /// Refuses what only has a meaning where tetrahedra are made, rather than passing over it.
 fn nothing_to_fill(options: &MeshArgs, solid: bool) -> Result<(), Error> {
-    let given = [("size", options.size.is_some()), ("tets", options.tets.is_some()), ("shell", options.shell.is_some())];
+    let given =
+        [("size", options.size.is_some()), ("tets", options.tets.is_some()), ("shell", options.shell.is_some())];
     let Some((name, _)) = given.iter().find(|g| g.1) else { return Ok(()) };
     let (file, cure) = if solid {
         (&options.input, "holds tetrahedra already; leave it out, or give a surface")
@@ -73,17 +74,17 @@ fn nothing_to_fill(options: &MeshArgs, solid: bool) -> Result<(), Error> {
 pub(crate) fn print_quality(report: &Report) {
     say!(
         "{} tetrahedra, {} vertices, {} triangles outside, mean edge {:.4e} m",
-        report.tets, report.vertices, report.boundary_triangles, report.mean_edge
+        report.tets,
+        report.vertices,
+        report.boundary_triangles,
+        report.mean_edge
     );
     let against = |ratio: f64| format!(", {:+.2} % against the surface", 100.0 * (ratio - 1.0));
     say!("volume {:.6e} m³{}", report.volume, report.volume_ratio.map(against).unwrap_or_default());
     if report.size > 0.0 {
         let far = report.hausdorff();
         let at = far.at;
-        say!(
-            "farthest from the surface {:.3} element sizes, at ({:.4}, {:.4}, {:.4})",
-            far.sizes, at.x, at.y, at.z
-        );
+        say!("farthest from the surface {:.3} element sizes, at ({:.4}, {:.4}, {:.4})", far.sizes, at.x, at.y, at.z);
     }
     say!("dihedral angles {:.1}° to {:.1}°", report.min_dihedral, report.max_dihedral);
     let most = report.histogram.iter().copied().max().unwrap_or(0).max(1);

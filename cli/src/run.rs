@@ -99,6 +99,11 @@ fn in_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T, 
     if threads == Some(0) {
         return Err(Error::Usage("--threads must be 1 or more".into()));
     }
+    // rayon would take fewer without a word
+    let most = rayon::max_num_threads();
+    if threads.is_some_and(|n| n > most) {
+        return Err(Error::Usage(format!("--threads must be {most} or less")));
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
     pool.map_err(|e| Error::Usage(format!("threads cannot be started: {e}; try --threads 1")))?.install(work)
 }
@@ -157,7 +162,8 @@ fn go_on(dir: &Path, options: &RunArgs, registry: &Registry) -> Result<Outcome, 
         return Ok(Outcome::Finished);
     }
     if step > driver.stop {
-        let sentence = format!("--until {until} is past: {} is at {time:.6} s already; give a later time", dir.display());
+        let sentence =
+            format!("--until {until} is past: {} is at {time:.6} s already; give a later time", dir.display());
         return Err(Error::Usage(sentence));
     }
     driver.log.say(&format!("resumed {what} at step {step}, time {time:.6} s"));
@@ -274,8 +280,8 @@ impl Driver {
             if let Err(error) = self.simulation.step() {
                 progress.finish();
                 self.log.tell(&error.to_string(), &json!({ "event": "error", "text": error.to_string() }));
-                self.checkpoint()?;
-                return Err(Error::Step { error, dir: self.folder.dir().into() });
+                let checkpoint = self.checkpoint()?;
+                return Err(Error::Step { error, checkpoint });
             }
             let phases = self.simulation.world.profile.total() - before.1;
             self.spent.surface += before.0.elapsed().saturating_sub(phases);
@@ -338,12 +344,12 @@ impl Driver {
         self.log.tell(&sentence, &event);
     }
 
-    fn checkpoint(&mut self) -> Result<(), Error> {
+    fn checkpoint(&mut self) -> Result<PathBuf, Error> {
         let start = Instant::now();
         let about = self.about();
-        self.store.write_live(&mut self.simulation, &about)?;
+        let written = self.store.write_live(&mut self.simulation, &about)?;
         self.spent.checkpoints += start.elapsed();
-        Ok(())
+        Ok(written.path)
     }
 
     /// The picture of the last frame.

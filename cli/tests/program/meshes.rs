@@ -38,7 +38,16 @@ fn run_each(meshes: &[PathBuf], tets: usize, steps: u32) {
     for (k, mesh) in meshes.iter().enumerate() {
         let name = mesh.file_name().unwrap().to_string_lossy();
         shop.put("scene.toml", scene(mesh, tets));
-        let dry = shop.good(&["run", "scene.toml", "--out", &format!("dry{k}"), "--until", "1e-9", "--set", "output.frame_every=1"]);
+        let dry = shop.good(&[
+            "run",
+            "scene.toml",
+            "--out",
+            &format!("dry{k}"),
+            "--until",
+            "1e-9",
+            "--set",
+            "output.frame_every=1",
+        ]);
         let said = dry.out.lines().find_map(|l| l.split_once(" steps of ")).expect("a step").1;
         let dt: f64 = said.split(' ').next().unwrap().parse().unwrap();
         let every = format!("output.frame_every={}", dt * f64::from(steps) / 2.0);
@@ -85,7 +94,9 @@ fn the_format_does_not_matter() {
     let Some(folder) = folder("tet") else { return };
     let shop = Workshop::new();
     let mut seen = Vec::new();
-    for (k, name) in ["sphere_5k.node", "sphere_5k.msh", "sphere_5k.v41.msh", "sphere_5k.vtu", "sphere_5k.vtk"].iter().enumerate() {
+    for (k, name) in
+        ["sphere_5k.node", "sphere_5k.msh", "sphere_5k.v41.msh", "sphere_5k.vtu", "sphere_5k.vtk"].iter().enumerate()
+    {
         shop.put("scene.toml", scene(&folder.join(name), 1));
         shop.good(&["run", "scene.toml", "--out", &format!("r{k}"), "--set", "duration=0.02", "--quiet"]);
         let frame = shop.frame(&format!("r{k}"), 1);

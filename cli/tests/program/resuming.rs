@@ -18,7 +18,7 @@ fn stopped_by_until() {
     let shop = Workshop::new();
     let whole = whole(&shop, &[]);
     // before the first step is done, in free fall, on a frame, at the first contact, in the middle of breaking, at the end
-    for (k, until) in ["1e-9", "0.0007", "0.01", "0.0123", "0.021", "0.0333", "0.0599"].iter().enumerate() {
+    for (k, until) in ["1e-9", "0.0007", "0.01", "0.0123", "0.021", "0.0333", "0.0595"].iter().enumerate() {
         let run = format!("r{k}");
         let stopped = shop.good(&["run", "box.toml", "--out", &run, "--until", until]);
         assert!(stopped.out.contains(&format!("go on with `fissure resume {run}`")), "{stopped}");

@@ -39,7 +39,8 @@ fn a_run_leaves_its_folder() {
     }
 
     let log = fs::read_to_string(run.join("run.log")).unwrap();
-    for word in ["A box breaks", "body box:", "isotropic", "critical_stretch", "frame 6:", "finished at step", "fragments"]
+    for word in
+        ["A box breaks", "body box:", "isotropic", "critical_stretch", "frame 6:", "finished at step", "fragments"]
     {
         assert!(log.contains(word), "{word} in the log:\n{log}");
     }
@@ -59,8 +60,15 @@ fn frames_have_their_vertex_properties() {
     assert!(header.starts_with("ply\nformat binary_little_endian 1.0\n"), "{header}");
     let vertex = header.split("element vertex").nth(1).unwrap().split("element face").next().unwrap();
     for property in [
-        "float x", "float y", "float z", "float velocity_x", "float velocity_y", "float velocity_z", "float damage",
-        "uint id", "uchar inside",
+        "float x",
+        "float y",
+        "float z",
+        "float velocity_x",
+        "float velocity_y",
+        "float velocity_z",
+        "float damage",
+        "uint id",
+        "uchar inside",
     ] {
         assert!(vertex.contains(&format!("property {property}\n")), "{property} in\n{header}");
     }
@@ -105,7 +113,14 @@ fn quiet_says_nothing_and_json_only_objects() {
 #[test]
 fn set_changes_the_scene_and_the_run_keeps_it() {
     let shop = Workshop::new();
-    let set = ["--set", "duration=0.01", "--set", "body.box.fracture.critical_stretch=9", "--set", "output.frame_every=0.005"];
+    let set = [
+        "--set",
+        "duration=0.01",
+        "--set",
+        "body.box.fracture.critical_stretch=9",
+        "--set",
+        "output.frame_every=0.005",
+    ];
     shop.good(&[&["run", "box.toml", "--out", "r"][..], &set].concat());
     assert_eq!(names(&shop.path("r/frames")).len(), 3);
     let kept = fs::read_to_string(shop.path("r/scene.toml")).unwrap();

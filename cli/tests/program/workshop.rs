@@ -153,7 +153,8 @@ pub fn assert_same(a: &BTreeMap<String, Vec<u8>>, b: &BTreeMap<String, Vec<u8>>,
 /// The names in a folder, sorted; none if there is no folder.
 pub fn names(dir: &Path) -> Vec<String> {
     let entries = fs::read_dir(dir).into_iter().flatten();
-    let mut names: Vec<String> = entries.map(|e| e.expect("an entry").file_name().into_string().expect("UTF-8")).collect();
+    let mut names: Vec<String> =
+        entries.map(|e| e.expect("an entry").file_name().into_string().expect("UTF-8")).collect();
     names.sort();
     names
 }
@@ -167,8 +168,7 @@ pub fn open_edges(frame: &Frame) -> usize {
             let (a, b) = (corners[k] as usize, corners[(k + 1) % 3] as usize);
             assert_eq!(frame.piece[a], frame.piece[b], "a triangle of two pieces");
             let end = |v: usize| frame.positions[v].map(f32::to_bits);
-            let (key, walk) =
-                if end(a) < end(b) { ((end(a), end(b)), 1) } else { ((end(b), end(a)), -1) };
+            let (key, walk) = if end(a) < end(b) { ((end(a), end(b)), 1) } else { ((end(b), end(a)), -1) };
             *walks.entry((frame.piece[a], key)).or_insert(0) += walk;
         }
     }
