@@ -3,7 +3,7 @@
 use std::fs;
 
 use crate::commands::CUBE;
-use crate::workshop::{BOX, Workshop, names};
+use crate::workshop::{BOX, Workshop, names, volume};
 
 /// Refuses `scene.toml` with this text; the sentence, with no folder left.
 fn refused(shop: &Workshop, text: &str) -> String {
@@ -114,7 +114,7 @@ fn meshes_that_are_none() {
     at_line(&shop, &meshed("lone.node"), "mesh = ", &["lone.ele", "cannot be read"]);
     shop.put("one.node", "4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n");
     shop.put("one.ele", "1 4 0\n1 1 2 3 4\n");
-    at_line(&shop, &meshed("one.node"), "mesh = ", &["one.node", "no neighbour"]);
+    at_line(&shop, &meshed("one.node"), "mesh = ", &["one.node", "single tetrahedron", "finer"]);
     let shell = meshed("one.node").replace("tets = 1500", "shell = 0.1");
     at_line(&shop, &shell, "shell = ", &["`shell`", "tetrahedra already"]);
 }
@@ -143,7 +143,10 @@ fn an_inside_out_surface_is_turned_and_told() {
     }
     let info = shop.good(&["info", "in.obj"]).out;
     assert!(info.contains("to be repaired"), "{info}");
-    assert_eq!(shop.bytes("in")["frozen.fis"].len(), shop.bytes("out")["frozen.fis"].len(), "the same solid");
+    for name in ["in", "out"] {
+        let volume = volume(&shop.frame(name, 0));
+        assert!((volume / 1e-3 - 1.0).abs() < 0.01, "{name}: {volume} m³"); // measured: 0.4 % missing at the edges
+    }
 }
 
 #[test]
@@ -154,7 +157,7 @@ fn geometry_that_does_not_work_out() {
         &shop,
         &with("horizon = 0.003"),
         "horizon =",
-        &["body `box`", "no neighbour", "0.003", "horizon well above"],
+        &["body `box`", "no neighbour", "3.0000e-3 m", "horizon well above"],
     );
     at_line(&shop, &with("horizon_factor = 0.2"), "horizon_factor", &["body `box`", "no neighbour"]);
     let size = |value: &str| changed("tets = 1500", &format!("size = {value}"));

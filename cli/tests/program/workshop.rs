@@ -142,6 +142,13 @@ impl std::fmt::Display for Answer {
     }
 }
 
+/// Volume inside the triangles [m³], positive if they are wound outwards.
+pub fn volume(frame: &Frame) -> f64 {
+    let corner = |v: u32| glam::Vec3::from(frame.positions[v as usize]).as_dvec3();
+    let cone = |t: &[u32; 3]| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0;
+    frame.triangles.iter().map(cone).sum()
+}
+
 /// Says which files differ, rather than printing them.
 pub fn assert_same(a: &BTreeMap<String, Vec<u8>>, b: &BTreeMap<String, Vec<u8>>, what: &str) {
     let keys = |m: &BTreeMap<String, Vec<u8>>| m.keys().cloned().collect::<Vec<_>>();

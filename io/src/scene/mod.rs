@@ -174,6 +174,6 @@ impl Scene {
     }
 
     fn blame_in(&self, body: &str, table: &str, error: &ParamError) -> SceneError {
-        self.error(body, table, &error.key, format!("{} in [body.{body}.{table}]", error.message))
+        self.error(body, table, &error.key, format!("[body.{body}.{table}]: {}", error.message))
     }
 }

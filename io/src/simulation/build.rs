@@ -178,7 +178,10 @@ pub(super) fn follow(body: &Body) -> Follow {
 
 /// What is wrong with the families, with particles by their numbers in the input.
 fn family_fault(body: &Body, mut error: FamilyError, ids: &[u32]) -> Fault {
-    if let FamilyError::Isolated { first, .. } = &mut error {
+    if let FamilyError::Isolated { first, particles, .. } = &mut error {
+        if *particles == 1 {
+            return Fault::of("mesh")("it has a single tetrahedron, with nothing to be bonded to; give a finer mesh");
+        }
         *first = ids[*first] as usize;
     }
     let key = match body.horizon {
