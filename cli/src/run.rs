@@ -154,6 +154,9 @@ fn go_on(dir: &Path, options: &RunArgs, registry: &Registry) -> Result<Outcome, 
     let latest = folder.store(scene.output.keep)?.latest_complete()?;
     let simulation = Simulation::restore(&scene, registry, &latest)?;
     latest.skipped.iter().for_each(|e| log.say(&format!("passed over: {e}")));
+    if edited(&scene, &latest.live.about().scene) {
+        log.say("scene.toml was edited after the checkpoint: what follows is of the edited scene, on the old mesh");
+    }
     let mut driver = Driver::new(folder, log, scene, simulation, options)?;
     let (step, time) = (driver.simulation.world.step, driver.simulation.world.time);
     let what = format!("{} ({})", called(&driver.scene), dir.display());
@@ -168,6 +171,12 @@ fn go_on(dir: &Path, options: &RunArgs, registry: &Registry) -> Result<Outcome, 
     }
     driver.log.say(&format!("resumed {what} at step {step}, time {time:.6} s"));
     driver.go()
+}
+
+/// Whether the scene means something else than the text that a checkpoint keeps.
+fn edited(scene: &Scene, kept: &str) -> bool {
+    let kept = Scene::parse(kept, Path::new(scene.file()), &[]);
+    kept.map_or(true, |kept| kept.fingerprint() != scene.fingerprint())
 }
 
 fn until(scene: &Scene, options: &RunArgs) -> Result<f64, Error> {
@@ -264,6 +273,11 @@ impl Driver {
         let dt = self.simulation.world.dt;
         let how = if self.scene.dt.is_some() { "as given" } else { "from the stable step" };
         self.log.say(&format!("{} steps of {dt:.3e} s ({how})", self.last));
+        let stable = self.simulation.world.stable_dt();
+        if dt > stable {
+            self.log
+                .say(&format!("warning: this is {:.1} times the longest stable step of {stable:.3e} s", dt / stable));
+        }
     }
 
     /// Steps until the end, an interrupt or an error.

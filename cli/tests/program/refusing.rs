@@ -57,6 +57,7 @@ fn keys_and_values() {
     at(&changed("bulk_modulus", "bulk"), "bulk =", &["`bulk`", "bulk_modulus"]);
     at(&changed("bulk_modulus = 5e5", "bulk_modulus = -5e5"), "bulk_modulus", &["above 0"]);
     at(&changed("[ground]", "[ground"), "[ground", &[]);
+    at(&changed("width = 64", "width = 9000"), "width = 9000", &["from 16 to 8192"]); // not after a week
     let sentence = shop.refusal(&["run", "box.toml", "--set", "body.box.densty=3"]);
     assert!(sentence.starts_with("--set body.box.densty=3: unknown key"), "{sentence}");
     let sentence = shop.refusal(&["run", "box.toml", "--set", "body.ball.density=3"]);
@@ -165,6 +166,12 @@ fn geometry_that_does_not_work_out() {
     at_line(&shop, &size("1e-6"), "size = 1e-6", &["body `box`", "more than fit in memory"]);
     let vase = changed("kind = \"box\", size = [0.1, 0.1, 0.1]", "kind = \"vase\", height = 0.1, wall = 0.09");
     at_line(&shop, &vase, "shape =", &["body `box`", "wall of 0.09 m"]);
+    let sentence = refused(&shop, &format!("dt = 7\n{BOX}"));
+    assert!(sentence.starts_with("scene.toml: `dt` = 7 s is longer than the duration of 0.06 s"), "{sentence}");
+    for endless in [format!("dt = 1e-30\n{BOX}"), changed("density = 1000", "density = 1e-300")] {
+        let sentence = refused(&shop, &endless);
+        assert!(sentence.starts_with("scene.toml: 0.06 s in steps of") && sentence.contains("stable is"), "{sentence}");
+    }
     let anchor = format!("{BOX}\n[[anchor]]\nname = \"hook\"\nbody = \"box\"\nbox = [[5, 5, 5], [6, 6, 6]]\n");
     at_line(&shop, &anchor, "[[anchor]]", &["anchor `hook`", "no particle of body `box`"]);
 }
@@ -241,6 +248,7 @@ fn a_step_far_too_long_stops_with_the_last_good_state() {
     assert!(!info.contains("NaN") && !info.contains("inf"), "{info}");
     let log = fs::read_to_string(shop.path("r/run.log")).unwrap();
     assert!(log.contains(sentence.split(';').next().unwrap()), "{log}");
+    assert!(log.contains("times the longest stable step"), "{log}");
     let again = shop.refusal(&["resume", "r"]);
     assert!(again.contains(&format!("at step {step},")), "{again}");
 }

@@ -54,6 +54,26 @@ fn a_finished_run_says_so() {
     assert_eq!(shop.good(&["resume", "r", "--quiet"]).out, "");
 }
 
+/// The way to let a finished run go on.
+#[test]
+fn an_edited_scene_is_told() {
+    let shop = Workshop::new();
+    let whole = whole(&shop, &[]);
+    shop.good(&["run", "box.toml", "--out", "r", "--set", "duration=0.02", "--quiet"]);
+    let kept = fs::read_to_string(shop.path("r/scene.toml")).unwrap();
+    shop.put("r/scene.toml", format!("# longer\n{}", kept.replace("duration = 0.02", "duration = 0.06")));
+    let resumed = shop.good(&["resume", "r"]);
+    assert!(resumed.out.starts_with("scene.toml was edited"), "{resumed}");
+    let longer = shop.bytes("r");
+    let frames = |m: &BTreeMap<String, Vec<u8>>| {
+        m.iter().filter(|(k, _)| k.starts_with("frames/")).map(|(k, v)| (k.clone(), v.clone())).collect()
+    };
+    assert_same(&frames(&whole), &frames(&longer), "as if it had been longer from the start");
+    shop.put("r/scene.toml", format!("# a comment\n{}", fs::read_to_string(shop.path("r/scene.toml")).unwrap()));
+    let again = shop.good(&["resume", "r"]);
+    assert!(again.out.contains("is finished") && !again.out.contains("edited"), "{again}");
+}
+
 #[test]
 fn until_a_time_that_is_past() {
     let shop = Workshop::new();

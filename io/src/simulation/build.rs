@@ -116,16 +116,25 @@ impl Simulation {
 
     /// The time step: the scene's, or the stable one times its safety, shortened so that frames fall on steps.
     fn step_length(&self, scene: &Scene) -> Result<f64, SimulationError> {
-        if let Some(dt) = scene.dt {
-            return Ok(dt);
+        const MOST_STEPS: f64 = 1e12;
+        let refuse = |message| Err(SimulationError::Whole { file: scene.file().into(), message });
+        let (stable, every, duration) = (self.world.stable_dt(), scene.output.frame_every, scene.duration);
+        let dt = match scene.dt {
+            Some(dt) => dt,
+            None if stable.is_finite() => every / (every / (scene.safety * stable)).ceil(),
+            None => return refuse("no body limits the time step; give `dt` in seconds".into()),
+        };
+        if dt > duration && scene.dt.is_some() {
+            return refuse(format!("`dt` = {dt} s is longer than the duration of {duration} s; give a shorter one"));
         }
-        let stable = self.world.stable_dt();
-        if !(stable.is_finite() && stable > 0.0) {
-            let message = "no body limits the time step; give `dt` in seconds".into();
-            return Err(SimulationError::Whole { file: scene.file().into(), message });
+        if duration / dt > MOST_STEPS {
+            let message = format!(
+                "{duration} s in steps of {dt:.3e} s would never end; check density, stiffness and sizes of the bodies \
+                 (stable is {stable:.3e} s)"
+            );
+            return refuse(message);
         }
-        let every = scene.output.frame_every;
-        Ok(every / (every / (scene.safety * stable)).ceil())
+        Ok(dt)
     }
 }
 
