@@ -89,9 +89,8 @@ fn mesh_fills_converts_and_reports() {
         .out
         .lines()
         .filter_map(|l| l.trim().split_once("° "))
-        .filter_map(|(bin, rest)| {
-            bin.contains('-').then(|| rest.split_whitespace().next().unwrap().parse::<f64>().unwrap())
-        })
+        .filter(|(bin, _)| bin.contains('-'))
+        .map(|(_, rest)| rest.split_whitespace().next().unwrap().parse::<f64>().unwrap())
         .sum();
     assert_eq!(counts, 6.0 * tets, "six angles in each, all in the histogram");
 

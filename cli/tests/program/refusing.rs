@@ -71,7 +71,7 @@ fn keys_and_values() {
 fn scenes_that_are_none() {
     let shop = Workshop::new();
     fs::create_dir(shop.path("folder.toml")).unwrap();
-    shop.put("noise.toml", (0..5000_u32).map(|k| (k * k >> 3) as u8).collect::<Vec<_>>());
+    shop.put("noise.toml", (0..5000_u32).map(|k| ((k * k) >> 3) as u8).collect::<Vec<_>>());
     shop.put("nul.toml", [0; 64]);
     shop.put("empty.toml", "");
     let before = shop.names();
