@@ -54,10 +54,10 @@ pub(crate) enum Command {
 #[derive(Group, Clone, Default)]
 pub(crate) struct RunArgs {
     /// Stop at this simulated time [s], with a checkpoint
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub until: Option<f64>,
     /// Number of threads; the result has the same bits for any [default: all]
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     pub threads: Option<usize>,
     /// Change a key of the scene, e.g. body.vase.tets=300000
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -77,13 +77,13 @@ pub(crate) struct MeshArgs {
     /// The mesh to write: node/ele, msh, vtu for tetrahedra; obj, ply, stl for surfaces
     pub output: PathBuf,
     /// Mean edge length of the tetrahedra [m]
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub size: Option<f64>,
     /// Number of tetrahedra, about [default: 20000]
-    #[arg(long, conflicts_with = "size")]
+    #[arg(long, conflicts_with = "size", allow_negative_numbers = true)]
     pub tets: Option<u64>,
     /// Turn the surface, open or closed, into a wall of this thickness [m]
-    #[arg(long, value_name = "METRES")]
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     pub shell: Option<f64>,
     /// Which of many equally good irregular meshes
     #[arg(long, default_value_t = 1)]

@@ -27,8 +27,8 @@ pub enum Error {
     Picture(#[from] PictureError),
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    #[error("{error}; the last good state is in {}", dir.display())]
-    Step { error: StepError, dir: PathBuf },
+    #[error("{error}; the last good state is in {}", checkpoint.display())]
+    Step { error: StepError, checkpoint: PathBuf },
     #[error(
         "{} holds another run; give another folder with --out, go on with `fissure resume {}`, or remove it",
         .0.display(), .0.display()
@@ -36,8 +36,8 @@ pub enum Error {
     Occupied(PathBuf),
     #[error("{} cannot be written: {source}; check that the folder exists, is yours to write and has room", path.display())]
     Write { path: PathBuf, source: std::io::Error },
-    #[error("{} cannot be read: {source}", path.display())]
-    Read { path: PathBuf, source: std::io::Error },
+    #[error("{} is being run by another fissure; wait for it or stop it first", .0.display())]
+    Running(PathBuf),
     #[error("{} is no run folder: it has no scene.toml; give the folder that `fissure run` made", .0.display())]
     NoRun(PathBuf),
     #[error("{0}")]
@@ -48,10 +48,5 @@ impl Error {
     pub(crate) fn write(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
         move |source| Self::Write { path, source }
-    }
-
-    pub(crate) fn read(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.into();
-        move |source| Self::Read { path, source }
     }
 }

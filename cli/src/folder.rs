@@ -21,6 +21,8 @@ use crate::Error;
 /// A folder that holds one run.
 pub struct RunFolder {
     dir: PathBuf,
+    /// Folders that were made for it, innermost first.
+    made: Vec<PathBuf>,
 }
 
 impl RunFolder {
@@ -32,10 +34,18 @@ impl RunFolder {
         if occupied(dir) {
             return Err(Error::Occupied(dir.into()));
         }
-        fs::create_dir_all(dir).map_err(Error::write(dir))?;
+        let missing = dir.ancestors().take_while(|d| !d.as_os_str().is_empty() && !d.exists());
+        let folder = Self { dir: dir.into(), made: missing.map(Path::to_path_buf).collect() };
         let probe = dir.join(".probe.tmp");
-        fs::write(&probe, b"").and_then(|()| fs::remove_file(&probe)).map_err(Error::write(dir))?;
-        Ok(Self { dir: dir.into() })
+        let tried =
+            fs::create_dir_all(dir).and_then(|()| fs::write(&probe, b"")).and_then(|()| fs::remove_file(&probe));
+        match tried {
+            Ok(()) => Ok(folder),
+            Err(error) => {
+                folder.give_up();
+                Err(Error::write(dir)(error))
+            }
+        }
     }
 
     /// The folder of a run that was begun.
@@ -46,7 +56,7 @@ impl RunFolder {
         if !dir.join("scene.toml").is_file() {
             return Err(Error::NoRun(dir.into()));
         }
-        Ok(Self { dir: dir.into() })
+        Ok(Self { dir: dir.into(), made: Vec::new() })
     }
 
     /// Where a scene runs if it is not said: `runs/NAME`, or `runs/NAME-2` and so on if that holds a run.
@@ -57,10 +67,12 @@ impl RunFolder {
         candidates.find(|dir| !occupied(dir)).expect("some number is free")
     }
 
-    /// Removes a folder that was made for a run that did not come about, unless something is in it.
+    /// Removes the folders that were made for a run that did not come about, unless something is in them.
     pub(crate) fn give_up(self) {
-        // a folder with something in it is not removed, and that is meant
-        let _ = fs::remove_dir(&self.dir);
+        for dir in &self.made {
+            // a folder with something in it is not removed, and that is meant
+            let _ = fs::remove_dir(dir);
+        }
     }
 
     /// The folder.

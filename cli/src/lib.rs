@@ -12,16 +12,19 @@ mod mesh;
 mod progress;
 mod render;
 mod run;
+mod say;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use clap::error::ErrorKind;
 use fissure_engine::Registry;
 
 use crate::args::{Args, Command};
 pub use crate::error::Error;
 pub use crate::folder::RunFolder;
 pub use crate::run::{Outcome, RunOptions, resume, run};
+use crate::say::complain;
 
 /// The program: reads the command line, does what it says, answers with the exit code.
 ///
@@ -32,13 +35,21 @@ pub use crate::run::{Outcome, RunOptions, resume, run};
 /// ```
 pub fn main_with(registry: Registry) -> ExitCode {
     if let Some(lack) = missing_instructions() {
-        eprintln!("error: {lack}");
+        complain!("error: {lack}");
         return ExitCode::from(2);
     }
-    match dispatch(Args::parse().command, &registry) {
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        Err(error) if error.use_stderr() && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            complain!("{}", one_line(&error.to_string()));
+            return ExitCode::from(2);
+        }
+        Err(help) => help.exit(),
+    };
+    match dispatch(args.command, &registry) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error: {error}");
+            complain!("error: {error}");
             ExitCode::from(2)
         }
     }
@@ -53,6 +64,22 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Materials { name } => materials::command(name.as_deref(), registry),
         Command::Render(options) => render::command(&options),
     }
+}
+
+/// What clap says in several paragraphs, as one sentence without the summary of usage.
+fn one_line(message: &str) -> String {
+    let lines =
+        message.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:") && !line.starts_with("For more"));
+    let mut sentence = String::new();
+    for line in lines.filter(|line| !line.is_empty()) {
+        let (join, line) = match line.strip_prefix("tip: ") {
+            Some(tip) => ("; ", tip),
+            None => (" ", line),
+        };
+        sentence += if sentence.is_empty() { "" } else { join };
+        sentence += line;
+    }
+    sentence + "; see `fissure help`"
 }
 
 /// What this processor lacks of what the program was built for.

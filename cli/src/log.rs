@@ -1,6 +1,6 @@
 //! What a run says: to the terminal, as JSON, and into its log.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write;
 use std::path::Path;
 
@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use crate::Error;
 use crate::args::RunArgs;
+use crate::say::say;
 
 /// Where sentences go.
 pub(crate) struct Log {
@@ -17,9 +18,12 @@ pub(crate) struct Log {
 }
 
 impl Log {
-    /// Appends to the log at `path`.
+    /// Appends to the log at `path`, and holds it: two programs in one run folder would overwrite each other's files.
     pub fn open(path: &Path, options: &RunArgs) -> Result<Self, Error> {
         let file = OpenOptions::new().create(true).append(true).open(path).map_err(Error::write(path))?;
+        if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+            return Err(Error::Running(path.parent().unwrap_or(path).into()));
+        }
         Ok(Self { file, quiet: options.quiet, json: options.json })
     }
 
@@ -27,9 +31,9 @@ impl Log {
     pub fn say(&mut self, sentence: &str) {
         self.keep(sentence);
         if self.json {
-            println!("{}", json!({ "event": "note", "text": sentence }));
+            say!("{}", json!({ "event": "note", "text": sentence }));
         } else if !self.quiet {
-            println!("{sentence}");
+            say!("{sentence}");
         }
     }
 
@@ -37,7 +41,7 @@ impl Log {
     pub fn tell(&mut self, sentence: &str, event: &Value) {
         self.keep(sentence);
         if self.json {
-            println!("{event}");
+            say!("{event}");
         }
     }
 
@@ -45,7 +49,7 @@ impl Log {
     pub fn close(&mut self, sentence: &str, event: &Value) {
         self.tell(sentence, event);
         if !self.json && !self.quiet {
-            println!("{sentence}");
+            say!("{sentence}");
         }
     }
 

@@ -5,21 +5,22 @@ use std::process::ExitCode;
 use fissure_engine::{Kind, Parameter, Registry};
 
 use crate::Error;
+use crate::say::say;
 
 pub(crate) fn command(name: Option<&str>, registry: &Registry) -> Result<ExitCode, Error> {
     match name {
         None => {
             for entry in registry.entries() {
-                println!("{:<14} {}", entry.name, entry.summary);
+                say!("{:<14} {}", entry.name, entry.summary);
             }
-            println!("\n`fissure materials NAME` explains one and lists its parameters.");
+            say!("\n`fissure materials NAME` explains one and lists its parameters.");
         }
         Some(name) => {
             let entry = registry.entry(name).map_err(|e| Error::Usage(e.to_string()))?;
-            println!("{}: {}\n\n[body.NAME.material]\nlaw = \"{}\"", entry.name, entry.summary, entry.name);
+            say!("{}: {}\n\n[body.NAME.material]\nlaw = \"{}\"", entry.name, entry.summary, entry.name);
             list(entry.parameters);
             for criterion in entry.criteria.iter().filter(|c| !c.parameters.is_empty()) {
-                println!("\n{}\n[body.NAME.fracture]\ncriterion = \"{}\"", criterion.summary, criterion.name);
+                say!("\n{}\n[body.NAME.fracture]\ncriterion = \"{}\"", criterion.summary, criterion.name);
                 list(criterion.parameters);
             }
         }
@@ -37,6 +38,6 @@ fn list(parameters: &[Parameter]) {
             Kind::Word(words) => format!("one of {}; default {}", words.join(", "), words[0]),
             Kind::Matrix => "3 or 9 numbers, default identity".into(),
         };
-        println!("  {:<18} {kind}\n  {:<18} {}", p.name, "", p.about);
+        say!("  {:<18} {kind}\n  {:<18} {}", p.name, "", p.about);
     }
 }

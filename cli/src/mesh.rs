@@ -10,6 +10,7 @@ use fissure_meshing::quality::Report;
 
 use crate::Error;
 use crate::args::MeshArgs;
+use crate::say::say;
 
 pub(crate) fn command(options: &MeshArgs) -> Result<ExitCode, Error> {
     let surface_out = options.output.extension().is_some_and(|e| {
@@ -18,11 +19,7 @@ pub(crate) fn command(options: &MeshArgs) -> Result<ExitCode, Error> {
     });
     let mesh = match read(&options.input)? {
         Mesh::Surface(surface) if !surface_out => {
-            for (name, value) in [("size", options.size), ("shell", options.shell)] {
-                if value.is_some_and(|v| !(v > 0.0 && v.is_finite())) {
-                    return Err(Error::Usage(format!("--{name} must be above 0 [m]")));
-                }
-            }
+            in_range(options)?;
             let resolution = match options.size {
                 Some(size) => Resolution::Size(size),
                 None => Resolution::Tets(options.tets.unwrap_or(20_000)),
@@ -31,43 +28,68 @@ pub(crate) fn command(options: &MeshArgs) -> Result<ExitCode, Error> {
             let solid = fill(surface, resolution, options.shell, options.seed)
                 .map_err(|e| Error::Usage(format!("{}: {e}", options.input.display())))?;
             for note in &solid.notes {
-                println!("{note}");
+                say!("{note}");
             }
             if let Some(report) = &solid.report {
                 print_quality(report);
             }
-            println!("made in {:.2} s", start.elapsed().as_secs_f64());
+            say!("made in {:.2} s", start.elapsed().as_secs_f64());
             Mesh::Solid(LabelledTets { mesh: solid.mesh, labels: Vec::new() })
         }
-        other => other,
+        other => {
+            nothing_to_fill(options, matches!(other, Mesh::Solid(_)))?;
+            other
+        }
     };
     write(&options.output, &mesh)?;
     Ok(ExitCode::SUCCESS)
 }
 
+fn in_range(options: &MeshArgs) -> Result<(), Error> {
+    for (name, value) in [("size", options.size), ("shell", options.shell)] {
+        if let Some(value) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
+            return Err(Error::Usage(format!("--{name} {value} must be a finite number above 0 [m]")));
+        }
+    }
+    if options.tets == Some(0) {
+        return Err(Error::Usage("--tets must be 1 or more".into()));
+    }
+    Ok(())
+}
+
+/// Refuses what only has a meaning where tetrahedra are made, rather than passing over it.
+fn nothing_to_fill(options: &MeshArgs, solid: bool) -> Result<(), Error> {
+    let given =
+        [("size", options.size.is_some()), ("tets", options.tets.is_some()), ("shell", options.shell.is_some())];
+    let Some((name, _)) = given.iter().find(|g| g.1) else { return Ok(()) };
+    let (file, cure) = if solid {
+        (&options.input, "holds tetrahedra already; leave it out, or give a surface")
+    } else {
+        (&options.output, "is to hold a surface; leave it out, or write .vtu, .msh or .node")
+    };
+    Err(Error::Usage(format!("--{name} is for filling a surface, but {} {cure}", file.display())))
+}
+
 /// Counts, angles with a histogram, and distance to the surface.
 pub(crate) fn print_quality(report: &Report) {
-    println!(
+    say!(
         "{} tetrahedra, {} vertices, {} triangles outside, mean edge {:.4e} m",
-        report.tets, report.vertices, report.boundary_triangles, report.mean_edge
+        report.tets,
+        report.vertices,
+        report.boundary_triangles,
+        report.mean_edge
     );
-    print!("volume {:.6e} m³", report.volume);
-    match report.volume_ratio {
-        Some(ratio) => println!(", {:+.2} % against the surface", 100.0 * (ratio - 1.0)),
-        None => println!(),
-    }
+    let against = |ratio: f64| format!(", {:+.2} % against the surface", 100.0 * (ratio - 1.0));
+    say!("volume {:.6e} m³{}", report.volume, report.volume_ratio.map(against).unwrap_or_default());
     if report.size > 0.0 {
         let far = report.hausdorff();
         let at = far.at;
-        println!(
-            "farthest from the surface {:.3} element sizes, at ({:.4}, {:.4}, {:.4})",
-            far.sizes, at.x, at.y, at.z
-        );
+        say!("farthest from the surface {:.3} element sizes, at ({:.4}, {:.4}, {:.4})", far.sizes, at.x, at.y, at.z);
     }
-    println!("dihedral angles {:.1}° to {:.1}°", report.min_dihedral, report.max_dihedral);
+    say!("dihedral angles {:.1}° to {:.1}°", report.min_dihedral, report.max_dihedral);
     let most = report.histogram.iter().copied().max().unwrap_or(0).max(1);
     for (bin, &count) in report.histogram.iter().enumerate() {
         let bar = "#".repeat((count * 40).div_ceil(most));
-        println!("{:>4}-{:<3}° {count:>9} {bar}", bin * 10, bin * 10 + 10);
+        say!("{:>4}-{:<3}° {count:>9} {bar}", bin * 10, bin * 10 + 10);
     }
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::args::RunArgs;
+use crate::say::say;
 
 /// Plain lines come no more often than this.
 const INTERVAL: Duration = Duration::from_secs(10);
@@ -55,7 +56,7 @@ impl Progress {
                 bar.set_message(format!("t = {time:.4} s  {speed}"));
             }
             None if self.plain => {
-                println!("step {step} of {}, t = {time:.4} s, {speed}, {left:.0} s left", self.steps);
+                say!("step {step} of {}, t = {time:.4} s, {speed}, {left:.0} s left", self.steps);
             }
             None => {}
         }

@@ -7,6 +7,7 @@ use fissure_io::picture::{Camera, ColourMode, View, render};
 use fissure_io::scene::{Colouring, Scene};
 
 use crate::args::RenderArgs;
+use crate::say::say;
 use crate::{Error, RunFolder};
 
 pub(crate) fn command(options: &RenderArgs) -> Result<ExitCode, Error> {
@@ -29,7 +30,7 @@ pub(crate) fn command(options: &RenderArgs) -> Result<ExitCode, Error> {
     }
     let path = options.out.clone().unwrap_or_else(|| options.dir.join(format!("frame_{number:04}.png")));
     picture(&frame, &view, &path)?;
-    println!("{}", path.display());
+    say!("{}", path.display());
     Ok(ExitCode::SUCCESS)
 }
 

@@ -13,9 +13,11 @@ use fissure_io::simulation::Simulation;
 use serde_json::json;
 
 use crate::args::RunArgs;
+use crate::info::called;
 use crate::log::Log;
 use crate::progress::Progress;
 use crate::render::{picture, view};
+use crate::say::counted;
 use crate::{Error, RunFolder};
 
 /// Set by Ctrl-C.
@@ -97,6 +99,11 @@ fn in_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T, 
     if threads == Some(0) {
         return Err(Error::Usage("--threads must be 1 or more".into()));
     }
+    // rayon would take fewer without a word
+    let most = rayon::max_num_threads();
+    if threads.is_some_and(|n| n > most) {
+        return Err(Error::Usage(format!("--threads must be {most} or less")));
+    }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
     pool.map_err(|e| Error::Usage(format!("threads cannot be started: {e}; try --threads 1")))?.install(work)
 }
@@ -123,8 +130,9 @@ fn start(path: &Path, out: &Path, options: &RunArgs, registry: &Registry) -> Res
             return Err(error.into());
         }
     };
+    let log = Log::open(&folder.log(), options)?;
     folder.keep_scene(&scene)?;
-    let mut driver = Driver::new(folder, scene, simulation, options)?;
+    let mut driver = Driver::new(folder, log, scene, simulation, options)?;
     driver.introduce(&notes, registry)?;
     let about = driver.about();
     driver.store.write_frozen(&mut driver.simulation, &about)?;
@@ -141,19 +149,34 @@ fn go_on(dir: &Path, options: &RunArgs, registry: &Registry) -> Result<Outcome, 
     }
     let folder = RunFolder::open(dir)?;
     let scene = Scene::load(&folder.scene(), &[])?;
-    until(&scene, options)?;
+    let until = until(&scene, options)?;
+    let mut log = Log::open(&folder.log(), options)?;
     let latest = folder.store(scene.output.keep)?.latest_complete()?;
     let simulation = Simulation::restore(&scene, registry, &latest)?;
-    let skipped: Vec<String> = latest.skipped.iter().map(|e| format!("passed over: {e}")).collect();
-    let mut driver = Driver::new(folder, scene, simulation, options)?;
-    skipped.iter().for_each(|s| driver.log.say(s));
+    latest.skipped.iter().for_each(|e| log.say(&format!("passed over: {e}")));
+    if edited(&scene, &latest.live.about().scene) {
+        log.say("scene.toml was edited after the checkpoint: what follows is of the edited scene, on the old mesh");
+    }
+    let mut driver = Driver::new(folder, log, scene, simulation, options)?;
     let (step, time) = (driver.simulation.world.step, driver.simulation.world.time);
+    let what = format!("{} ({})", called(&driver.scene), dir.display());
     if step >= driver.last {
-        driver.log.say(&format!("the run is finished: step {step}, time {time:.6} s"));
+        driver.log.say(&format!("{what} is finished: step {step}, time {time:.6} s"));
         return Ok(Outcome::Finished);
     }
-    driver.log.say(&format!("resumed at step {step}, time {time:.6} s"));
+    if step > driver.stop {
+        let sentence =
+            format!("--until {until} is past: {} is at {time:.6} s already; give a later time", dir.display());
+        return Err(Error::Usage(sentence));
+    }
+    driver.log.say(&format!("resumed {what} at step {step}, time {time:.6} s"));
     driver.go()
+}
+
+/// Whether the scene means something else than the text that a checkpoint keeps.
+fn edited(scene: &Scene, kept: &str) -> bool {
+    let kept = Scene::parse(kept, Path::new(scene.file()), &[]);
+    kept.map_or(true, |kept| kept.fingerprint() != scene.fingerprint())
 }
 
 fn until(scene: &Scene, options: &RunArgs) -> Result<f64, Error> {
@@ -190,11 +213,16 @@ struct Spent {
 }
 
 impl Driver {
-    fn new(folder: RunFolder, scene: Scene, simulation: Simulation, options: &RunArgs) -> Result<Self, Error> {
+    fn new(
+        folder: RunFolder,
+        log: Log,
+        scene: Scene,
+        simulation: Simulation,
+        options: &RunArgs,
+    ) -> Result<Self, Error> {
         let dt = simulation.world.dt;
         let steps = |time: f64| ((time / dt).round() as u64).max(1);
         let store = folder.store(scene.output.keep)?;
-        let log = Log::open(&folder.log(), options)?;
         Ok(Self {
             last: steps(scene.duration),
             stop: steps(until(&scene, options)?),
@@ -222,7 +250,7 @@ impl Driver {
 
     fn introduce(&mut self, notes: &[String], registry: &Registry) -> Result<(), Error> {
         let scene = &self.scene;
-        self.log.say(&format!("{} ({}), into {}", scene.title, scene.file(), self.folder.dir().display()));
+        self.log.say(&format!("{} ({}), into {}", called(scene), scene.file(), self.folder.dir().display()));
         notes.iter().for_each(|n| self.log.say(n));
         for k in 0..self.simulation.world.bodies.len() {
             let body = &self.simulation.world.bodies[k];
@@ -245,6 +273,11 @@ impl Driver {
         let dt = self.simulation.world.dt;
         let how = if self.scene.dt.is_some() { "as given" } else { "from the stable step" };
         self.log.say(&format!("{} steps of {dt:.3e} s ({how})", self.last));
+        let stable = self.simulation.world.stable_dt();
+        if dt > stable {
+            self.log
+                .say(&format!("warning: this is {:.1} times the longest stable step of {stable:.3e} s", dt / stable));
+        }
         Ok(())
     }
 
@@ -262,8 +295,8 @@ impl Driver {
             if let Err(error) = self.simulation.step() {
                 progress.finish();
                 self.log.tell(&error.to_string(), &json!({ "event": "error", "text": error.to_string() }));
-                self.checkpoint()?;
-                return Err(Error::Step { error, dir: self.folder.dir().into() });
+                let checkpoint = self.checkpoint()?;
+                return Err(Error::Step { error, checkpoint });
             }
             let phases = self.simulation.world.profile.total() - before.1;
             self.spent.surface += before.0.elapsed().saturating_sub(phases);
@@ -307,7 +340,7 @@ impl Driver {
         let (bonds, broken) = world.bond_counts();
         let pieces = frame.piece.iter().max().map_or(0, |p| p + 1);
         let sentence = format!(
-            "frame {}: step {}, t = {:.6} s, kinetic {:.4e} J, elastic {:.4e} J, gravity {:.4e} J, {} of {} bonds broken, {pieces} fragments",
+            "frame {}: step {}, t = {:.6} s, kinetic {:.4e} J, elastic {:.4e} J, gravity {:.4e} J, {} of {} bonds broken, {}",
             frame.number,
             world.step,
             world.time,
@@ -315,7 +348,8 @@ impl Driver {
             energies.elastic,
             energies.gravity,
             broken / 2,
-            bonds / 2
+            bonds / 2,
+            counted(pieces as usize, "fragment")
         );
         let event = json!({
             "event": "frame", "frame": frame.number, "step": world.step, "time": world.time,
@@ -325,12 +359,12 @@ impl Driver {
         self.log.tell(&sentence, &event);
     }
 
-    fn checkpoint(&mut self) -> Result<(), Error> {
+    fn checkpoint(&mut self) -> Result<PathBuf, Error> {
         let start = Instant::now();
         let about = self.about();
-        self.store.write_live(&mut self.simulation, &about)?;
+        let written = self.store.write_live(&mut self.simulation, &about)?;
         self.spent.checkpoints += start.elapsed();
-        Ok(())
+        Ok(written.path)
     }
 
     /// The picture of the last frame.
@@ -380,7 +414,7 @@ impl Driver {
                 1e3 * seconds / n
             ),
             format!("time: {}", shares.join(", ")),
-            format!("{} of {} bonds broken, {pieces} fragments", broken / 2, bonds / 2),
+            format!("{} of {} bonds broken, {}", broken / 2, bonds / 2, counted(pieces, "fragment")),
         ];
         self.log.close(&lines.join("\n"), &event);
     }

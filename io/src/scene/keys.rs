@@ -360,8 +360,8 @@ const KEYS: &[Key] = &[
     ),
     of("output.keep", Whole(0, 1_000_000), "", Toml("3"), "how many of the newest checkpoints stay; 0 for all"),
     of("output.picture", Table, "", Said("all defaults"), "the picture of the last frame"),
-    of("output.picture.width", Whole(16, 16_384), "px", Toml("1280"), "width of the picture"),
-    of("output.picture.height", Whole(16, 16_384), "px", Toml("720"), "height of the picture"),
+    of("output.picture.width", Whole(16, 8192), "px", Toml("1280"), "width of the picture"),
+    of("output.picture.height", Whole(16, 8192), "px", Toml("720"), "height of the picture"),
     of("output.picture.camera", Three(ANY), "m", Said("chosen to show everything"), "where the camera stands"),
     of("output.picture.target", Three(ANY), "m", Said("the middle of what is shown"), "where the camera looks"),
     of(

@@ -127,6 +127,12 @@ impl Scene {
         item.place.clone()
     }
 
+    /// Where the table of anchor `k` stands, counted from 0.
+    pub fn locate_anchor(&self, k: usize) -> Place {
+        let table = self.tree.child("anchor").and_then(|list| list.child(&(k + 1).to_string()));
+        table.unwrap_or(&self.tree).place.clone()
+    }
+
     /// Whether the scene gives `key` in `table` of a body, rather than leaving it to its default.
     pub fn gives(&self, body: &str, table: &str, key: &str) -> bool {
         let path = ["body", body, table, key];
@@ -168,6 +174,6 @@ impl Scene {
     }
 
     fn blame_in(&self, body: &str, table: &str, error: &ParamError) -> SceneError {
-        self.error(body, table, &error.key, format!("{} in [body.{body}.{table}]", error.message))
+        self.error(body, table, &error.key, format!("[body.{body}.{table}]: {}", error.message))
     }
 }

@@ -1,17 +1,18 @@
 //! From a scene to a simulation at its start.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use fissure_engine::{Anchor, BodyInput, Registry, Surroundings, World};
 use fissure_meshing::crack::CrackMesh;
-use fissure_meshing::family::{Clip, families};
+use fissure_meshing::family::{Clip, FamilyError, families};
 use fissure_meshing::order::morton_order;
 use fissure_meshing::skin::{Follow, Skin};
 use fissure_meshing::{TetMesh, TriMesh};
 use glam::DVec3;
 
-use super::{Embedded, Simulation, SimulationError, solid};
-use crate::scene::{self, Body, Horizon, Scene, Source, SurfaceMode};
+use super::{Embedded, Fault, Simulation, SimulationError, solid};
+use crate::scene::{self, Body, Horizon, Scene, SceneError, Source, SurfaceMode};
 
 /// What there is to say about the making of a body.
 #[derive(Clone, Debug, Default)]
@@ -44,7 +45,7 @@ impl Simulation {
     }
 
     fn add(&mut self, scene: &Scene, body: &Body, registry: &Registry) -> Result<Making, SimulationError> {
-        let fail = |message: String| fault(body, message);
+        let fail = |fault: Fault| blame(scene, body, fault);
         let start = Instant::now();
         let made = solid(body, scene.seed).map_err(fail)?;
         let mesh = ordered(made.mesh);
@@ -60,8 +61,8 @@ impl Simulation {
         let volumes: Vec<f64> = (0..mesh.tets.tets.len()).map(|t| mesh.tets.volume(t)).collect();
         let cuts = cut_surface(body);
         let clip = Clip::new(&mesh.tets, (!cuts.triangles.is_empty()).then_some(&cuts));
-        let clip = clip.map_err(|e| fail(e.to_string()))?;
-        let rows = families(&points, horizon, Some(&clip)).map_err(|e| fail(e.to_string()))?;
+        let clip = clip.map_err(|e| fail(Fault::of("mesh")(e)))?;
+        let rows = families(&points, horizon, Some(&clip)).map_err(|e| fail(family_fault(body, e, &mesh.ids)))?;
         let pre_cut = clip.cut_links().to_vec();
         let took = start.elapsed();
 
@@ -81,9 +82,9 @@ impl Simulation {
             spin: body.spin,
             families: rows,
         };
-        self.world.add(input, material).map_err(|e| fail(e.to_string()))?;
+        self.world.add(input, material).map_err(|e| fail(Fault::of("mesh")(e)))?;
 
-        let mut crack = CrackMesh::new(&mesh.tets).map_err(|e| fail(e.to_string()))?;
+        let mut crack = CrackMesh::new(&mesh.tets).map_err(|e| fail(Fault::of("mesh")(e)))?;
         crack.cut(&pre_cut);
         let world = self.world.bodies.last().expect("just added");
         let p = self.world.particles.of(&world.range);
@@ -98,14 +99,14 @@ impl Simulation {
         self.world.gravity = scene.gravity;
         self.world.ground = scene.ground;
         let position = &self.world.particles.position;
-        for told in &scene.anchors {
+        for (k, told) in scene.anchors.iter().enumerate() {
             let body = &self.world.bodies[told.body];
             let inside = body.range.clone().filter(|&i| told.region.contains(position[i]));
             let particles: Vec<u32> = inside.map(|i| i as u32).collect();
             if particles.is_empty() {
                 let (name, body) = (&told.name, &body.name);
                 let message = format!("anchor `{name}` holds no particle of body `{body}`; move or enlarge its region");
-                return Err(SimulationError::Whole { file: scene.file().into(), message });
+                return Err(SceneError::Wrong { place: scene.locate_anchor(k), message }.into());
             }
             let start: Vec<DVec3> = particles.iter().map(|&i| position[i as usize]).collect();
             self.world.anchors.push(Anchor { particles: particles.into(), start: start.into(), ..anchor(told) });
@@ -115,16 +116,25 @@ impl Simulation {
 
     /// The time step: the scene's, or the stable one times its safety, shortened so that frames fall on steps.
     fn step_length(&self, scene: &Scene) -> Result<f64, SimulationError> {
-        if let Some(dt) = scene.dt {
-            return Ok(dt);
+        const MOST_STEPS: f64 = 1e12;
+        let refuse = |message| Err(SimulationError::Whole { file: scene.file().into(), message });
+        let (stable, every, duration) = (self.world.stable_dt(), scene.output.frame_every, scene.duration);
+        let dt = match scene.dt {
+            Some(dt) => dt,
+            None if stable.is_finite() => every / (every / (scene.safety * stable)).ceil(),
+            None => return refuse("no body limits the time step; give `dt` in seconds".into()),
+        };
+        if dt > duration && scene.dt.is_some() {
+            return refuse(format!("`dt` = {dt} s is longer than the duration of {duration} s; give a shorter one"));
         }
-        let stable = self.world.stable_dt();
-        if !(stable.is_finite() && stable > 0.0) {
-            let message = "no body limits the time step; give `dt` in seconds".into();
-            return Err(SimulationError::Whole { file: scene.file().into(), message });
+        if duration / dt > MOST_STEPS {
+            let message = format!(
+                "{duration} s in steps of {dt:.3e} s would never end; check density, stiffness and sizes of the bodies \
+                 (stable is {stable:.3e} s)"
+            );
+            return refuse(message);
         }
-        let every = scene.output.frame_every;
-        Ok(every / (every / (scene.safety * stable)).ceil())
+        Ok(dt)
     }
 }
 
@@ -175,11 +185,34 @@ pub(super) fn follow(body: &Body) -> Follow {
     }
 }
 
-pub(super) fn fault(body: &Body, message: String) -> SimulationError {
+/// What is wrong with the families, with particles by their numbers in the input.
+fn family_fault(body: &Body, mut error: FamilyError, ids: &[u32]) -> Fault {
+    if let FamilyError::Isolated { first, particles, .. } = &mut error {
+        if *particles == 1 {
+            return Fault::of("mesh")("it has a single tetrahedron, with nothing to be bonded to; give a finer mesh");
+        }
+        *first = ids[*first] as usize;
+    }
+    let key = match body.horizon {
+        Horizon::Length(_) => "horizon",
+        Horizon::Factor(_) => "horizon_factor",
+    };
+    Fault::of(key)(error)
+}
+
+fn blame(scene: &Scene, body: &Body, Fault { key, message }: Fault) -> SimulationError {
+    // a mesh made from a shape is at fault where the shape is, and a default where the mesh is
+    let of = if matches!(body.source, Source::Shape(_)) { "shape" } else { "mesh" };
+    let key = if scene.gives(&body.name, "", key) { key } else { of };
+    // readers of files begin with the file, of a pair of files with the one at fault
+    let names = |path: &Path| {
+        let pair = format!("{}.", path.with_extension("").display());
+        message.starts_with(&path.display().to_string()) || message.starts_with(&pair)
+    };
     let source_file = match &body.source {
-        // readers of files name the file themselves
-        Source::Mesh { path, .. } if !message.contains(&*path.to_string_lossy()) => format!(" ({})", path.display()),
+        Source::Mesh { path, .. } if !names(path) => format!(" ({})", path.display()),
         _ => String::new(),
     };
-    SimulationError::Body { body: body.name.clone(), source_file, message }
+    let place = scene.locate(&body.name, "", key);
+    SimulationError::Body { place, body: body.name.clone(), source_file, message }
 }

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use crate::checkpoint::CheckpointError;
 use crate::mesh;
-use crate::scene::SceneError;
+use crate::scene::{Place, SceneError};
 
 /// Why a simulation cannot be built or restored.
 #[derive(Debug, Error)]
@@ -19,19 +19,21 @@ pub enum SimulationError {
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
     /// Something about one body; the message says what and what helps.
-    #[error("body `{body}`{source_file}: {message}")]
+    #[error("{place}: body `{body}`{source_file}: {message}")]
     Body {
+        /// Where the scene gives what is at fault.
+        place: Place,
         /// Its name in the scene.
         body: String,
-        /// ` (file)` if it has one.
+        /// ` (file)` if it has one that the message does not name.
         source_file: String,
         /// What is wrong.
         message: String,
     },
-    /// Anything else about the scene as a whole.
+    /// Anything else about a scene or a checkpoint as a whole.
     #[error("{file}: {message}")]
     Whole {
-        /// The scene file.
+        /// The file.
         file: String,
         /// What is wrong.
         message: String,

@@ -20,7 +20,7 @@ use glam::DVec3;
 
 pub use build::Making;
 pub use error::SimulationError;
-pub use solid::{Solid, fill, solid};
+pub use solid::{Fault, Solid, fill, solid};
 
 use crate::checkpoint::Columns;
 

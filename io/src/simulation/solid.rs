@@ -2,9 +2,10 @@
 
 use fissure_meshing::quality::Report;
 use fissure_meshing::surface::{PrepareOptions, prepare};
-use fissure_meshing::tetrahedralise::{Options, shell_size_for, size_for, tetrahedralise};
+use fissure_meshing::tetrahedralise::{MeshError, Options, shell_size_for, size_for, tetrahedralise};
 use fissure_meshing::{TetMesh, TriMesh, shapes};
 use glam::DVec3;
+use thiserror::Error;
 
 use crate::mesh::{Mesh, read};
 use crate::scene::{Body, Resolution, Shape, Source};
@@ -19,14 +20,31 @@ pub struct Solid {
     pub notes: Vec<String>,
 }
 
+/// Why a body's geometry does not work out.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{message}")]
+pub struct Fault {
+    /// The key of `[body.NAME]` that is to blame.
+    pub key: &'static str,
+    /// One sentence with what helps.
+    pub message: String,
+}
+
+impl Fault {
+    /// `error` of `key`, as a function for `map_err`.
+    pub(super) fn of<E: ToString>(key: &'static str) -> impl Fn(E) -> Self {
+        move |error| Self { key, message: error.to_string() }
+    }
+}
+
 /// The placed tetrahedra of `body`.
 ///
 /// # Errors
-/// One sentence that says what is wrong with the geometry and what helps.
-pub fn solid(body: &Body, seed: u64) -> Result<Solid, String> {
+/// What is wrong with the geometry and what helps.
+pub fn solid(body: &Body, seed: u64) -> Result<Solid, Fault> {
     let source = match &body.source {
-        Source::Mesh { path, .. } => read(path).map_err(|e| e.to_string())?,
-        Source::Shape(shape) => Mesh::Surface(generate(shape).map_err(|e| e.to_string())?),
+        Source::Mesh { path, .. } => read(path).map_err(Fault::of("mesh"))?,
+        Source::Shape(shape) => Mesh::Surface(generate(shape).map_err(Fault::of("shape"))?),
     };
     let scale = body.placement.scale;
     let scaled = |vertices: Vec<DVec3>| vertices.into_iter().map(|v| v * scale).collect();
@@ -34,7 +52,8 @@ pub fn solid(body: &Body, seed: u64) -> Result<Solid, String> {
         Mesh::Solid(tets) => {
             let mesh = TetMesh { vertices: scaled(tets.mesh.vertices), tets: tets.mesh.tets };
             if body.shell.is_some() {
-                return Err("`shell` makes a wall of a surface, but this mesh has tetrahedra already; remove it".into());
+                let message = "`shell` makes a wall of a surface, but this mesh has tetrahedra already; remove it";
+                return Err(Fault::of("shell")(message));
             }
             Solid { mesh, report: None, notes: Vec::new() }
         }
@@ -50,16 +69,31 @@ pub fn solid(body: &Body, seed: u64) -> Result<Solid, String> {
 }
 
 /// Fills a surface, after repairing what can be repaired.
-pub fn fill(surface: TriMesh, resolution: Resolution, shell: Option<f64>, seed: u64) -> Result<Solid, String> {
+///
+/// # Errors
+/// What is wrong with the surface, or the elements wanted, and what helps.
+pub fn fill(surface: TriMesh, resolution: Resolution, shell: Option<f64>, seed: u64) -> Result<Solid, Fault> {
     let options = PrepareOptions { for_shell: shell.is_some(), ..PrepareOptions::default() };
-    let (surface, mut notes) = prepare(surface, options).map_err(|e| e.to_string())?;
+    let (surface, mut notes) = prepare(surface, options).map_err(Fault::of("mesh"))?;
     let size = match (resolution, shell) {
         (Resolution::Size(size), _) => size,
         (Resolution::Tets(tets), None) => size_for(&surface, tets as usize),
         (Resolution::Tets(tets), Some(thickness)) => shell_size_for(&surface, thickness, tets as usize),
     };
     let options = Options { seed, shell, ..Options::new(size) };
-    let (mesh, report) = tetrahedralise(&surface, &options).map_err(|e| e.to_string())?;
+    let (mesh, report) = tetrahedralise(&surface, &options).map_err(|error| {
+        let key = match (&error, resolution) {
+            (MeshError::ThinShell { .. }, _) => "shell",
+            (MeshError::TooCoarse { .. } | MeshError::TooFine { .. } | MeshError::Number(_), Resolution::Size(_)) => {
+                "size"
+            }
+            (MeshError::TooCoarse { .. } | MeshError::TooFine { .. } | MeshError::Number(_), Resolution::Tets(_)) => {
+                "tets"
+            }
+            _ => "mesh",
+        };
+        Fault::of(key)(error)
+    })?;
     notes.extend(report.warnings.iter().cloned());
     Ok(Solid { mesh, report: Some(report), notes })
 }

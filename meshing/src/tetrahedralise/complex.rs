@@ -140,6 +140,16 @@ impl Complex {
             .collect()
     }
 
+    /// Whether no face would have more than two tetrahedra with `new` in the place of `old`. Where the mesh overlaps
+    /// itself, as a thickened wall may, angles alone let flips make the same tetrahedron twice.
+    pub fn conforms(&self, old: &[u32], new: &[[u32; 4]]) -> bool {
+        new.iter().flat_map(|tet| FACES.map(|f| f.map(|k| tet[k]))).all(|[a, b, c]| {
+            let stays = |&t: &u32| self.tets[t as usize].contains(&c) && !old.contains(&t);
+            let comes = new.iter().filter(|tet| [a, b, c].iter().all(|v| tet.contains(v))).count();
+            self.around(a, b).filter(stays).count() + comes <= 2
+        })
+    }
+
     /// Swaps tetrahedra for others.
     pub fn replace(&mut self, old: &[u32], new: &[[u32; 4]]) {
         for &t in old {
@@ -277,6 +287,9 @@ impl Complex {
             new.extend([[x, y, z, b], [x, z, y, a]]);
             stack.extend([(i, k), (k, j)]);
         }
+        if !self.conforms(&ring.tets, &new) {
+            return false;
+        }
         self.replace(&ring.tets, &new);
         true
     }
@@ -293,7 +306,7 @@ impl Complex {
         }
         let floor = floor.unwrap_or_else(|| self.worst(&[t, s]) + 1e-9);
         let new = [[inner, outer, p, q], [inner, outer, q, r], [inner, outer, r, p]];
-        if new.iter().any(|&n| self.score(n) <= floor) {
+        if new.iter().any(|&n| self.score(n) <= floor) || !self.conforms(&[t, s], &new) {
             return false;
         }
         self.replace(&[t, s], &new);
@@ -316,6 +329,9 @@ impl Complex {
             new.push(moved);
         }
         let old = self.star(a).to_vec();
+        if !self.conforms(&old, &new) {
+            return false;
+        }
         self.replace(&old, &new);
         true
     }

@@ -200,13 +200,26 @@ fn what_a_registry_says_gets_file_and_line() {
     let check = |text: &str| parse(text).unwrap().check(&registry).unwrap_err().to_string();
     assert_eq!(
         check(&minimal("bulk_modulus", "bulk_modulos")),
-        "scenes/x.toml:9: unknown key `bulk_modulos`; did you mean `bulk_modulus`? in [body.vase.material]"
+        "scenes/x.toml:9: [body.vase.material]: unknown key `bulk_modulos`; did you mean `bulk_modulus`?"
     );
-    assert!(check(&minimal("isotropic", "isotrope")).starts_with("scenes/x.toml:8: no material is called `isotrope`"));
+    assert!(
+        check(&minimal("isotropic", "isotrope"))
+            .starts_with("scenes/x.toml:8: [body.vase.material]: no material is called `isotrope`")
+    );
     let fracture = |lines: &str| check(&format!("{MINIMAL}[body.vase.fracture]\n{lines}\n"));
-    assert!(fracture("criterion = 'critical'").starts_with("scenes/x.toml:12: no criterion is called `critical`"));
-    assert!(fracture("").starts_with("scenes/x.toml:11: `critical_stretch` [1] is missing"), "{}", fracture(""));
-    assert!(fracture("critical_stretch = -1").starts_with("scenes/x.toml:12: `critical_stretch` = -1 must be above 0"));
+    assert!(
+        fracture("criterion = 'critical'")
+            .starts_with("scenes/x.toml:12: [body.vase.fracture]: no criterion is called `critical`")
+    );
+    assert!(
+        fracture("").starts_with("scenes/x.toml:11: [body.vase.fracture]: `critical_stretch` [1] is missing"),
+        "{}",
+        fracture("")
+    );
+    assert!(
+        fracture("critical_stretch = -1")
+            .starts_with("scenes/x.toml:12: [body.vase.fracture]: `critical_stretch` = -1 must be above 0")
+    );
     let scene = with(FULL, &["body.a.material.x=5"]).unwrap();
     let line = |body, table, key| scene.locate(body, table, key).to_string();
     let at = |start: &str| format!("scenes/x.toml:{}", line_of(start));
@@ -220,5 +233,5 @@ fn what_a_registry_says_gets_file_and_line() {
     assert!(scene.gives("second", "", "size") && !scene.gives("second", "", "tets"));
     let error = ParamError::new("critical_stretch", "is odd".into());
     let place = at("critical_stretch");
-    assert_eq!(scene.blame("second", &error).to_string(), format!("{place}: is odd in [body.second.fracture]"));
+    assert_eq!(scene.blame("second", &error).to_string(), format!("{place}: [body.second.fracture]: is odd"));
 }

@@ -1,0 +1,16 @@
+//! The program as a whole, from outside: command lines in, files, words and exit codes out.
+//!
+//! | module | promise |
+//! |---|---|
+//! | `running` | what a run leaves, what it says, the same bits on any number of threads |
+//! | `resuming` | stopped, interrupted or killed, then resumed: the same bytes as never stopped |
+//! | `commands` | `info`, `mesh`, `materials`, `render` |
+//! | `refusing` | bad input: one sentence, exit code 2, nothing half-written |
+//! | `meshes` | meshes that other people made (`FISSURE_MESHES`) |
+
+mod commands;
+mod meshes;
+mod refusing;
+mod resuming;
+mod running;
+mod workshop;

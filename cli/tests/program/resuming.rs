@@ -1,0 +1,199 @@
+//! A run that was stopped, interrupted or killed, and then resumed, has the same bytes as one that never was.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command};
+use std::time::Duration;
+
+use crate::workshop::{Answer, Workshop, assert_same, names};
+
+fn whole(shop: &Workshop, more: &[&str]) -> BTreeMap<String, Vec<u8>> {
+    shop.good(&[&["run", "box.toml", "--out", "whole", "--quiet"], more].concat());
+    shop.bytes("whole")
+}
+
+#[test]
+fn stopped_by_until() {
+    let shop = Workshop::new();
+    let whole = whole(&shop, &[]);
+    // before the first step is done, in free fall, on a frame, at the first contact, in the middle of breaking, at the end
+    for (k, until) in ["1e-9", "0.0007", "0.01", "0.0123", "0.021", "0.0333", "0.0595"].iter().enumerate() {
+        let run = format!("r{k}");
+        let stopped = shop.good(&["run", "box.toml", "--out", &run, "--until", until]);
+        assert!(stopped.out.contains(&format!("go on with `fissure resume {run}`")), "{stopped}");
+        assert!(!shop.path(&run).join("last.png").exists(), "the picture is of the last frame");
+        let resumed = shop.good(&["resume", &run]);
+        assert!(resumed.out.starts_with("resumed "), "{resumed}");
+        assert_same(&whole, &shop.bytes(&run), &format!("stopped at {until} s"));
+    }
+}
+
+#[test]
+fn stopped_many_times_with_other_threads() {
+    let shop = Workshop::new();
+    let whole = whole(&shop, &["--threads", "2"]);
+    shop.good(&["run", "box.toml", "--out", "r", "--until", "0.005", "--threads", "1"]);
+    for (until, threads) in [("0.013", "2"), ("0.0222", "1"), ("0.0223", "3"), ("0.04", "1"), ("9", "2")] {
+        shop.good(&["resume", "r", "--until", until, "--threads", threads]);
+    }
+    assert_same(&whole, &shop.bytes("r"), "stopped five times");
+    let log = fs::read_to_string(shop.path("r/run.log")).unwrap();
+    assert_eq!(log.matches("resumed ").count(), 5, "{log}");
+    assert_eq!(log.matches("finished at step").count(), 1, "{log}");
+}
+
+#[test]
+fn a_finished_run_says_so() {
+    let shop = Workshop::new();
+    shop.good(&["run", "box.toml", "--out", "r", "--set", "duration=0.01", "--quiet"]);
+    let before = shop.bytes("r");
+    let answer = shop.good(&["resume", "r"]);
+    assert!(answer.out.contains("finished") && answer.out.lines().count() == 1, "{answer}");
+    assert_same(&before, &shop.bytes("r"), "nothing is done");
+    assert_eq!(shop.good(&["resume", "r", "--quiet"]).out, "");
+}
+
+/// The way to let a finished run go on.
+#[test]
+fn an_edited_scene_is_told() {
+    let shop = Workshop::new();
+    let whole = whole(&shop, &[]);
+    shop.good(&["run", "box.toml", "--out", "r", "--set", "duration=0.02", "--quiet"]);
+    let kept = fs::read_to_string(shop.path("r/scene.toml")).unwrap();
+    shop.put("r/scene.toml", format!("# longer\n{}", kept.replace("duration = 0.02", "duration = 0.06")));
+    let resumed = shop.good(&["resume", "r"]);
+    assert!(resumed.out.starts_with("scene.toml was edited"), "{resumed}");
+    let longer = shop.bytes("r");
+    let frames = |m: &BTreeMap<String, Vec<u8>>| {
+        m.iter().filter(|(k, _)| k.starts_with("frames/")).map(|(k, v)| (k.clone(), v.clone())).collect()
+    };
+    assert_same(&frames(&whole), &frames(&longer), "as if it had been longer from the start");
+    shop.put("r/scene.toml", format!("# a comment\n{}", fs::read_to_string(shop.path("r/scene.toml")).unwrap()));
+    let again = shop.good(&["resume", "r"]);
+    assert!(again.out.contains("is finished") && !again.out.contains("edited"), "{again}");
+}
+
+#[test]
+fn until_a_time_that_is_past() {
+    let shop = Workshop::new();
+    shop.good(&["run", "box.toml", "--out", "r", "--until", "0.02", "--quiet"]);
+    let before = shop.bytes("r");
+    let sentence = shop.refusal(&["resume", "r", "--until", "0.01"]);
+    assert!(sentence.contains("--until 0.01") && sentence.contains("0.02"), "{sentence}");
+    assert_same(&before, &shop.bytes("r"), "nothing is done");
+}
+
+/// Long enough to be met in the middle: some thousand steps.
+const LONG: [&str; 6] =
+    ["--set", "safety=0.1", "--set", "output.checkpoint_every=0.003", "--set", "output.frame_every=0.005"];
+
+/// Starts a run and waits for its frame `number`.
+fn until_frame(shop: &Workshop, arguments: &[&str], number: u64) -> (Child, BufReader<std::process::ChildStdout>) {
+    let mut child = shop.start(&[arguments, &["--json"]].concat());
+    let mut out = BufReader::new(child.stdout.take().unwrap());
+    let mut line = String::new();
+    let wanted = format!("\"frame\":{number},");
+    while !line.contains(&wanted) {
+        line.clear();
+        assert!(out.read_line(&mut line).unwrap() > 0, "no frame {number}");
+    }
+    (child, out)
+}
+
+#[cfg(unix)]
+fn signal(child: &Child, name: &str) {
+    let status = Command::new("sh").args(["-c", &format!("kill -{name} {}", child.id())]).status().unwrap();
+    assert!(status.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted() {
+    let shop = Workshop::new();
+    let whole = whole(&shop, &LONG);
+    for frame in [0, 3, 6] {
+        let run = format!("r{frame}");
+        let arguments = [&["run", "box.toml", "--out", &run], &LONG[..]].concat();
+        let (child, mut out) = until_frame(&shop, &arguments, frame);
+        signal(&child, "INT");
+        let mut rest = String::new();
+        while out.read_line(&mut rest).unwrap() > 0 {}
+        let answer = Answer::of(&arguments, child.wait_with_output().unwrap());
+        assert_eq!((answer.code, &answer.err[..]), (Some(130), ""), "{answer}");
+        assert!(rest.contains("\"outcome\":\"stopped\""), "{rest}");
+        let log = fs::read_to_string(shop.path(&run).join("run.log")).unwrap();
+        let step: u64 = log.split("stopped at step ").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
+        assert!(shop.path(&run).join(format!("checkpoint_{step:08}.fis")).exists(), "a checkpoint of step {step}");
+        shop.good(&["resume", &run, "--quiet"]);
+        assert_same(&whole, &shop.bytes(&run), &format!("interrupted after frame {frame}"));
+    }
+}
+
+#[test]
+fn killed() {
+    let shop = Workshop::new();
+    let whole = whole(&shop, &LONG);
+    let mut noise = 7_u64;
+    for frame in [0, 2, 5, 9] {
+        let run = format!("r{frame}");
+        let arguments = [&["run", "box.toml", "--out", &run], &LONG[..]].concat();
+        let (mut child, _out) = until_frame(&shop, &arguments, frame);
+        noise = noise.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        std::thread::sleep(Duration::from_micros(noise >> 48)); // up to 65 ms
+        child.kill().unwrap();
+        child.wait().unwrap();
+        if frame == 0 && names(&shop.path(&run)).iter().all(|n| !n.starts_with("checkpoint_")) {
+            let sentence = shop.refusal(&["resume", &run]);
+            assert!(sentence.contains("no complete checkpoint"), "{sentence}");
+            continue;
+        }
+        shop.good(&["resume", &run, "--quiet"]);
+        assert_same(&whole, &shop.bytes(&run), &format!("killed after frame {frame}"));
+        let left: Vec<String> = [names(&shop.path(&run)), names(&shop.path(&run).join("frames"))].concat();
+        assert!(left.iter().all(|n| !n.starts_with('.')), "temporary files are left: {left:?}");
+    }
+}
+
+#[test]
+fn the_newest_checkpoint_is_damaged() {
+    let shop = Workshop::new();
+    let whole = whole(&shop, &[]);
+    shop.good(&["run", "box.toml", "--out", "r", "--until", "0.045", "--quiet"]);
+    let newest = names(&shop.path("r")).into_iter().rfind(|n| n.starts_with("checkpoint_")).unwrap();
+    let path = shop.path("r").join(&newest);
+    let mut bytes = fs::read(&path).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    fs::write(&path, &bytes).unwrap();
+    let resumed = shop.good(&["resume", "r"]);
+    assert!(resumed.out.contains("passed over") && resumed.out.contains(&newest), "{resumed}");
+    assert_same(&whole, &shop.bytes("r"), "one checkpoint earlier");
+}
+
+#[test]
+fn nothing_to_resume() {
+    let shop = Workshop::new();
+    let sentence = shop.refusal(&["resume", "nowhere"]);
+    assert!(sentence.starts_with("nowhere is no run folder"), "{sentence}");
+    assert!(!shop.path("nowhere").exists());
+    let sentence = shop.refusal(&["resume", "box.toml"]);
+    assert!(sentence.starts_with("box.toml is no run folder"), "{sentence}");
+    fs::create_dir(shop.path("begun")).unwrap();
+    shop.put("begun/scene.toml", crate::workshop::BOX);
+    let sentence = shop.refusal(&["resume", "begun"]);
+    assert!(sentence.contains("begun") && sentence.contains("no complete checkpoint"), "{sentence}");
+}
+
+/// Two programs in one folder would overwrite each other's frames and checkpoints.
+#[test]
+fn a_running_run_is_not_resumed() {
+    let shop = Workshop::new();
+    let arguments = [&["run", "box.toml", "--out", "r"], &LONG[..]].concat();
+    let (mut child, _out) = until_frame(&shop, &arguments, 1);
+    let sentence = shop.refusal(&["resume", "r"]);
+    assert!(sentence.starts_with("r is being run"), "{sentence}");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    shop.good(&["resume", "r", "--until", "0.03", "--quiet"]);
+}
