@@ -40,7 +40,7 @@ fn faithful(name: &str, surface: &TriMesh, options: &Options) -> (TetMesh, Repor
 }
 
 /// Boundary edges that don't have two triangles, and boundary vertices whose triangles don't form one fan.
-fn boundary_flaws(mesh: &TetMesh) -> (usize, usize) {
+pub(super) fn boundary_flaws(mesh: &TetMesh) -> (usize, usize) {
     let surface = TriMesh { vertices: mesh.vertices.clone(), triangles: crate::quality::boundary(mesh) };
     let edges = features::edges(&surface);
     let bad_edges = edges.chunk_by(|a, b| a.0 == b.0).filter(|e| e.len() != 2 || e[0].2 == e[1].2).count();
@@ -68,7 +68,7 @@ fn boundary_flaws(mesh: &TetMesh) -> (usize, usize) {
     (bad_edges, bad_vertices)
 }
 
-fn read_ply(path: &std::path::Path) -> TriMesh {
+pub(super) fn read_ply(path: &std::path::Path) -> TriMesh {
     let bytes = std::fs::read(path).unwrap();
     let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     let head = std::str::from_utf8(&bytes[..end]).unwrap();
@@ -91,7 +91,7 @@ fn unit() -> TriMesh {
     bodies::cuboid(DVec3::ZERO, DVec3::ONE)
 }
 
-fn turned(mut surface: TriMesh) -> TriMesh {
+pub(super) fn turned(mut surface: TriMesh) -> TriMesh {
     let q = glam::DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.8);
     surface.vertices.iter_mut().for_each(|v| *v = q * *v);
     surface
