@@ -245,7 +245,8 @@ struct Attempt {
 }
 
 /// All of them; each also shifts the background.
-const ATTEMPTS: [Attempt; 5] = [
+const ATTEMPTS: [Attempt; 6] = [
+    Attempt { part: 1.0, growth: 1.0 },
     Attempt { part: 1.0, growth: 1.0 },
     Attempt { part: 1.0, growth: 1.5 },
     Attempt { part: 1.0, growth: 1.6 },
