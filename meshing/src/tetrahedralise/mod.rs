@@ -248,7 +248,7 @@ struct Attempt {
 const ATTEMPTS: [Attempt; 6] = [
     Attempt { part: 1.0, growth: 1.0 },
     Attempt { part: 1.0, growth: 1.0 },
-    Attempt { part: 1.0, growth: 1.5 },
+    Attempt { part: 1.0, growth: 1.3 },
     Attempt { part: 1.0, growth: 1.6 },
     Attempt { part: 0.9, growth: 1.5 },
     Attempt { part: 0.8, growth: 1.3 },

@@ -20,7 +20,7 @@ const FINEST: f64 = 0.45;
 /// By how much an edge may grow per length away from a thin place.
 const GRADING: f64 = 0.6;
 /// Edges longer than this many local sizes are halved.
-const TOO_LONG: f64 = 1.4;
+const TOO_LONG: f64 = 1.5;
 /// Splits leave angles of at least this [degrees]; improvement follows.
 const FLOOR: f64 = 7.0;
 /// Rounds of splitting.
