@@ -400,6 +400,8 @@ fn check(surface: &TriMesh, options: &Options) -> Result<(), MeshError> {
 }
 
 #[cfg(test)]
+mod planes;
+#[cfg(test)]
 mod sweep;
 #[cfg(test)]
 mod tests;
