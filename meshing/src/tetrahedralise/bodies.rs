@@ -53,3 +53,56 @@ pub fn ell() -> TriMesh {
     }
     TriMesh { vertices, triangles }
 }
+
+/// A prism over an outline (counter-clockwise, star-shaped around the origin) from z = 0 to `height`.
+fn prism(outline: &[DVec3], height: f64) -> TriMesh {
+    let n = outline.len() as u32;
+    let mut vertices = outline.to_vec();
+    vertices.extend(outline.iter().map(|p| p + DVec3::Z * height));
+    vertices.extend([DVec3::ZERO, DVec3::Z * height]);
+    let mut triangles = Vec::new();
+    for k in 0..n {
+        let m = (k + 1) % n;
+        triangles.extend([[k, m, m + n], [k, m + n, k + n], [m, k, 2 * n], [k + n, m + n, 2 * n + 1]]);
+    }
+    TriMesh { vertices, triangles }
+}
+
+/// A star-shaped prism: `points` tips of radius 1 over a core of radius `inner`.
+pub fn star(points: usize, inner: f64, height: f64) -> TriMesh {
+    let turn = std::f64::consts::PI / points as f64;
+    let outline: Vec<DVec3> = (0..2 * points)
+        .map(|k| {
+            let radius = if k % 2 == 0 { 1.0 } else { inner };
+            radius * DVec3::new((k as f64 * turn).cos(), (k as f64 * turn).sin(), 0.0)
+        })
+        .collect();
+    prism(&outline, height)
+}
+
+/// A cone of the given radius on z = 0 with its tip at `height`.
+pub fn cone(radius: f64, height: f64, segments: u32) -> TriMesh {
+    let turn = std::f64::consts::TAU / f64::from(segments);
+    let mut vertices: Vec<DVec3> = (0..segments)
+        .map(|k| radius * DVec3::new((f64::from(k) * turn).cos(), (f64::from(k) * turn).sin(), 0.0))
+        .collect();
+    vertices.extend([DVec3::ZERO, DVec3::Z * height]);
+    let ring = (0..segments).map(|k| (k, (k + 1) % segments));
+    let triangles = ring.flat_map(|(k, m)| [[m, k, segments], [k, m, segments + 1]]).collect();
+    TriMesh { vertices, triangles }
+}
+
+/// Both surfaces in one; the second is wound as it comes.
+pub fn both(mut first: TriMesh, second: TriMesh) -> TriMesh {
+    let start = first.vertices.len() as u32;
+    first.vertices.extend(second.vertices);
+    first.triangles.extend(second.triangles.iter().map(|t| t.map(|v| v + start)));
+    first
+}
+
+/// The unit cube with a cubic cavity.
+pub fn hollow() -> TriMesh {
+    let mut inner = cuboid(DVec3::splat(0.3), DVec3::splat(0.7));
+    inner.triangles.iter_mut().for_each(|t| t.swap(0, 1));
+    both(cuboid(DVec3::ZERO, DVec3::ONE), inner)
+}

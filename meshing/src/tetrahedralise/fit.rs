@@ -108,8 +108,10 @@ impl Body<'_> {
         let floor = angle_score(self.floor);
         if ring.tets.len() == 1 {
             // both triangles belong to one tetrahedron: without it the other two faces show
+            // (if their common edge is on the boundary already, that would pierce the solid)
             let inside = self.mesh.across(ring.tets[0], [a, c, d]).is_some()
-                && self.mesh.across(ring.tets[0], [b, c, d]).is_some();
+                && self.mesh.across(ring.tets[0], [b, c, d]).is_some()
+                && self.mesh.ring(c, d).is_some_and(|r| !r.open);
             if inside {
                 self.mesh.remove(ring.tets[0]);
                 self.lower(&[a, b, c, d]);
@@ -203,7 +205,13 @@ impl Body<'_> {
         for v in near {
             let d = self.dim[v as usize];
             let gap = self.mesh.points[v as usize].distance(goal) / self.size;
-            if d < dim || d == 0 || gap > if d == 1 && dim == 1 { 0.4 } else { 0.8 } {
+            let most = match (d, dim) {
+                (1, 1) => 0.4,
+                // a tip may be far from what the background left of it
+                (_, 0) => 1.2,
+                _ => 0.8,
+            };
+            if d < dim || d == 0 || gap > most {
                 continue;
             }
             if self.drag(v, goal, dim, seed) {

@@ -151,7 +151,8 @@ impl Body<'_> {
         false
     }
 
-    /// Removes separate parts that are too small to mean anything; the largest part always stays.
+    /// Removes separate parts that the solid hasn't got (the larger ones stay), so that what was torn off grows again from the
+    /// rest; where their number isn't known, parts that are too small to mean anything.
     fn drop_islands(&mut self) -> usize {
         let mut part = vec![u32::MAX; self.mesh.tets.len()];
         let mut sizes: Vec<usize> = Vec::new();
@@ -176,15 +177,17 @@ impl Body<'_> {
                 }
             }
         }
-        let largest = sizes.iter().copied().max().unwrap_or(0);
+        let mut by_size: Vec<usize> = (0..sizes.len()).collect();
+        by_size.sort_by_key(|&k| std::cmp::Reverse(sizes[k]));
+        let mut keep = vec![false; sizes.len()];
+        for &k in by_size.iter().take(self.solid.parts().unwrap_or(usize::MAX)) {
+            keep[k] = sizes[k] >= ISLAND || k == by_size[0];
+        }
         let mut gone = 0;
         for t in 0..part.len() as u32 {
-            if self.mesh.alive(t) {
-                let size = sizes[part[t as usize] as usize];
-                if size < ISLAND && size < largest {
-                    self.mesh.remove(t);
-                    gone += 1;
-                }
+            if self.mesh.alive(t) && !keep[part[t as usize] as usize] {
+                self.mesh.remove(t);
+                gone += 1;
             }
         }
         gone

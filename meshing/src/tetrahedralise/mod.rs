@@ -8,6 +8,8 @@ mod features;
 mod fit;
 mod improve;
 mod manifold;
+mod refine;
+mod shave;
 mod smooth;
 mod solid;
 mod stuff;
@@ -111,6 +113,18 @@ pub enum MeshError {
         /// A size that fits [m].
         advice: f64,
     },
+    /// Flat elements that nothing could mend.
+    #[error(
+        "with elements of {size} m the smallest dihedral angle stays at {angle:.2} degrees, below 10; try {advice:.3e} m or another seed"
+    )]
+    Flat {
+        /// The wanted size [m].
+        size: f64,
+        /// The smallest angle [degrees].
+        angle: f64,
+        /// A size to try [m].
+        advice: f64,
+    },
     /// Too many elements for any memory.
     #[error("elements of {size} m would give about {tets:.1e} tetrahedra, more than fit in memory; try {advice:.3e} m")]
     TooFine {
@@ -186,40 +200,90 @@ pub fn fill(solid: &dyn Solid, options: &Options) -> Result<(TetMesh, Report), M
         return Err(MeshError::TooFine { size, tets, advice });
     }
     let mut best: Option<(TetMesh, Report)> = None;
-    for attempt in 0..ATTEMPTS {
-        let mut random = Random::of(options.seed, 100 + attempt);
+    let mut attempt = 0;
+    while let Some(try_) = ATTEMPTS.get(attempt) {
+        let mut random = Random::of(options.seed, 100 + attempt as u64);
         let shift = DVec3::new(random.unit(), random.unit(), random.unit());
-        let mesh = once(solid, &tile, size, shift, options.seed ^ (attempt << 48));
+        let mesh = once(solid, &tile, size * try_.part, shift, try_.growth, options.seed ^ ((attempt as u64) << 48));
+        attempt += 1;
         if mesh.tets.is_empty() {
             continue;
         }
         let mut report = Report::against(&mesh, solid, size);
+        try_.tell(&mut report);
         warn(&mut report, solid);
-        let done = flaw(&report) == 0.0;
-        if best.as_ref().is_none_or(|b| flaw(&report) < flaw(&b.1)) {
+        let (flaw, torn) = (flaw(&report, solid), tears(&report, solid));
+        if best.as_ref().is_none_or(|b| flaw < self::flaw(&b.1, solid)) {
             best = Some((mesh, report));
         }
-        if done {
+        if flaw == 0.0 {
             break;
+        }
+        if torn > HOPELESS {
+            attempt = attempt.max(ATTEMPTS.len() - 1);
         }
     }
     // what keeps less than a quarter of the body is no mesh of it
-    best.filter(|b| b.1.volume_ratio.is_none_or(|v| v > 0.25)).ok_or_else(|| {
+    let (mesh, report) = best.filter(|b| b.1.volume_ratio.is_none_or(|v| v > 0.25)).ok_or_else(|| {
         let (lo, hi) = solid.bounds();
         let flat = (hi - lo).min_element() / 2.0;
         let thin = thin::typical(solid, size.min(flat)).map_or(flat, |radius| flat.min(2.0 * radius / LAYERS));
         MeshError::TooCoarse { size, advice: thin }
-    })
+    })?;
+    if report.min_dihedral < MIN_DIHEDRAL {
+        return Err(MeshError::Flat { size, angle: report.min_dihedral, advice: 0.8 * size });
+    }
+    Ok((mesh, report))
 }
 
-/// Times that the background is shifted if a promise is missed.
-const ATTEMPTS: u64 = 4;
+/// One way to go about it, tried when those before it missed a promise.
+struct Attempt {
+    /// Element size as a part of the asked one.
+    part: f64,
+    /// Thin places may raise the number of tetrahedra by this factor; 1 for even elements.
+    growth: f64,
+}
+
+/// All of them; each also shifts the background.
+const ATTEMPTS: [Attempt; 6] = [
+    Attempt { part: 1.0, growth: 1.0 },
+    Attempt { part: 1.0, growth: 1.0 },
+    Attempt { part: 1.0, growth: 1.3 },
+    Attempt { part: 1.0, growth: 1.6 },
+    Attempt { part: 0.9, growth: 1.5 },
+    Attempt { part: 0.8, growth: 1.3 },
+];
+/// With more tears than this, only the last attempt is worth the time.
+const HOPELESS: i64 = 8;
 /// Promised largest distance between surface and boundary, in element sizes.
 pub const MAX_DEVIATION: f64 = 0.35;
 
-/// By how much a mesh misses the promises; 0 if it keeps them.
-fn flaw(report: &Report) -> f64 {
-    (report.hausdorff().sizes - MAX_DEVIATION).max(0.0) + (MIN_DIHEDRAL - report.min_dihedral).max(0.0)
+impl Attempt {
+    /// Says which elements were used, if not those asked for.
+    fn tell(&self, report: &mut Report) {
+        let size = report.size;
+        if self.part < 1.0 {
+            report.warnings.push(format!(
+                "elements of {:.3e} m instead of {size:.3e} m, because larger ones missed a promise: thin parts would have been lost, opened or joined",
+                self.part * size
+            ));
+        } else if self.growth > 1.0 {
+            report.warnings.push(format!(
+                "elements of {size:.3e} m were made smaller where the body or a gap is thin, because larger ones missed a promise there"
+            ));
+        }
+    }
+}
+
+/// By how much the boundary's Euler characteristic differs from the surface's.
+fn tears(report: &Report, solid: &dyn Solid) -> i64 {
+    solid.euler().map_or(0, |wanted| (wanted - report.euler).abs())
+}
+
+/// By how much a mesh misses the promises; 0 if it keeps them. Angles come first, then distance, then holes.
+fn flaw(report: &Report, solid: &dyn Solid) -> f64 {
+    let far = (report.hausdorff().sizes - MAX_DEVIATION).max(0.0);
+    100.0 * (MIN_DIHEDRAL - report.min_dihedral).max(0.0) + far + 0.05 * tears(report, solid) as f64
 }
 
 /// Says in words which promises were missed, where, and what would help.
@@ -236,12 +300,6 @@ fn warn(report: &mut Report, solid: &dyn Solid) {
             ));
         }
     }
-    if report.min_dihedral < MIN_DIHEDRAL {
-        report.warnings.push(format!(
-            "the smallest dihedral angle is {:.2} degrees instead of {MIN_DIHEDRAL}: try a smaller size or another seed",
-            report.min_dihedral
-        ));
-    }
     if let Some(wanted) = solid.euler()
         && wanted != report.euler
     {
@@ -253,8 +311,8 @@ fn warn(report: &mut Report, solid: &dyn Solid) {
 }
 
 /// One attempt.
-fn once(solid: &dyn Solid, tile: &Tile, size: f64, shift: DVec3, seed: u64) -> TetMesh {
-    let filled = stuff::fill(solid, tile, size * EDGE, shift);
+fn once(solid: &dyn Solid, tile: &Tile, size: f64, shift: DVec3, growth: f64, seed: u64) -> TetMesh {
+    let filled = stuff::fill(solid, tile, size * EDGE, shift, growth, seed);
     let mut body = Body { mesh: filled.mesh, dim: filled.dim, solid, size, slack: 0.0, floor: 11.0 };
     body.settle();
     body.unpinch(true);
@@ -265,6 +323,7 @@ fn once(solid: &dyn Solid, tile: &Tile, size: f64, shift: DVec3, seed: u64) -> T
     body.slack = 0.15;
     body.improve(MIN_DIHEDRAL + 1.0, 12, seed ^ 2);
     body.unpinch(false);
+    body.shave(MIN_DIHEDRAL + 0.2, seed ^ 3);
     body.finish()
 }
 
@@ -340,5 +399,9 @@ fn check(surface: &TriMesh, options: &Options) -> Result<(), MeshError> {
     Ok(())
 }
 
+#[cfg(test)]
+mod planes;
+#[cfg(test)]
+mod sweep;
 #[cfg(test)]
 mod tests;

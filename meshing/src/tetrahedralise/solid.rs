@@ -25,6 +25,8 @@ pub trait Solid: Sync {
     fn volume(&self) -> Option<f64>;
     /// Euler characteristic of the boundary (2 for a ball, 0 for a torus) where it is known.
     fn euler(&self) -> Option<i64>;
+    /// Number of separate parts where it is known.
+    fn parts(&self) -> Option<usize>;
 }
 
 /// The inside of a closed surface.
@@ -32,12 +34,13 @@ pub struct Inside<'a> {
     surface: &'a TriMesh,
     tree: Distance,
     features: Features,
+    parts: usize,
 }
 
 impl<'a> Inside<'a> {
     /// Finds the features that matter for elements of `size` [m].
     pub fn new(surface: &'a TriMesh, size: f64) -> Self {
-        Self { surface, tree: Distance::new(surface), features: Features::of(surface, size) }
+        Self { surface, tree: Distance::new(surface), features: Features::of(surface, size), parts: parts(surface) }
     }
 }
 
@@ -71,6 +74,10 @@ impl Solid for Inside<'_> {
 
     fn euler(&self) -> Option<i64> {
         Some(euler(&self.surface.triangles))
+    }
+
+    fn parts(&self) -> Option<usize> {
+        Some(self.parts)
     }
 }
 
@@ -138,6 +145,34 @@ impl Solid for Shell<'_> {
     fn euler(&self) -> Option<i64> {
         None
     }
+
+    fn parts(&self) -> Option<usize> {
+        None
+    }
+}
+
+/// Number of connected pieces of a surface that enclose a positive volume: parts, but not cavities.
+fn parts(surface: &TriMesh) -> usize {
+    let mut root: Vec<u32> = (0..surface.vertices.len() as u32).collect();
+    fn find(root: &mut [u32], mut v: u32) -> u32 {
+        while root[v as usize] != v {
+            root[v as usize] = root[root[v as usize] as usize];
+            v = root[v as usize];
+        }
+        v
+    }
+    for t in &surface.triangles {
+        for k in 1..3 {
+            let (a, b) = (find(&mut root, t[0]), find(&mut root, t[k]));
+            root[a.max(b) as usize] = a.min(b);
+        }
+    }
+    let mut volume = vec![0.0; root.len()];
+    for t in 0..surface.triangles.len() {
+        let [a, b, c] = surface.corners(t);
+        volume[find(&mut root, surface.triangles[t][0]) as usize] += a.dot(b.cross(c));
+    }
+    volume.iter().filter(|v| **v > 0.0).count().max(1)
 }
 
 /// Points spread over a surface with their normals: per triangle as many as its area asks for, stratified, at least one.

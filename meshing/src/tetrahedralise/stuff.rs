@@ -6,6 +6,7 @@
 //! edges take their vertices before the surface does.
 
 use super::complex::{Complex, angle_score, worst_from};
+use super::refine::{Sizing, refine};
 use super::solid::Solid;
 use super::thin;
 use super::tile::Tile;
@@ -35,16 +36,19 @@ pub fn background_points(solid: &dyn Solid, tile: &Tile, edge: f64) -> f64 {
 
 /// Fills the solid with tetrahedra whose mean background edge is `edge` [m]; `shift` in [0, 1)³ moves the background by
 /// that part of a tile.
-pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64, shift: DVec3) -> Filled {
-    let walls = thin::walls(solid, edge);
+pub fn fill(solid: &dyn Solid, tile: &Tile, edge: f64, shift: DVec3, growth: f64, seed: u64) -> Filled {
+    let mut sizing = Sizing::new(solid, edge, growth);
     // walls may need vertices that are outside for now
-    let margin = if walls.is_empty() { 0.0 } else { 1.1 * edge };
+    let even = sizing.is_even() && thin::walls(solid, edge, &sizing).is_empty();
+    let margin = if even { 0.0 } else { 1.1 * edge };
     let (mut mesh, mut phi) = background(solid, tile, edge, margin, shift);
+    refine(solid, &mut sizing, &mut mesh, &mut phi, seed);
     let mut dim = vec![3u8; mesh.points.len()];
-    let locked = thin::occupy(&walls, &mut mesh, &mut phi, edge);
+    let walls = if even { Vec::new() } else { thin::walls(solid, edge, &sizing) };
+    let locked = thin::occupy(&walls, &mut mesh, &mut phi, edge, &sizing);
     let before = (mesh.points.clone(), phi.clone());
-    pull(solid, &mut mesh, &mut phi, &mut dim, &locked, edge);
-    rescue(solid, &mut mesh, &mut phi, &mut dim, before, edge);
+    pull(solid, &mut mesh, &mut phi, &mut dim, &locked, edge, &sizing);
+    rescue(solid, &mut mesh, &mut phi, &mut dim, before, edge, &sizing);
     cut(solid, mesh, phi, dim, edge)
 }
 
@@ -120,7 +124,15 @@ fn background(solid: &dyn Solid, tile: &Tile, edge: f64, margin: f64, shift: DVe
 }
 
 /// Moves vertices onto corners, sharp edges and the surface where the angles around them allow it.
-fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], locked: &[bool], edge: f64) {
+fn pull(
+    solid: &dyn Solid,
+    mesh: &mut Complex,
+    phi: &mut [f64],
+    dim: &mut [u8],
+    locked: &[bool],
+    edge: f64,
+    sizing: &Sizing,
+) {
     let features = solid.features();
     let near: Vec<u32> =
         (0..phi.len() as u32).filter(|&v| phi[v as usize].abs() < 1.2 * edge && !locked[v as usize]).collect();
@@ -146,7 +158,7 @@ fn pull(solid: &dyn Solid, mesh: &mut Complex, phi: &mut [f64], dim: &mut [u8], 
     if !features.creases.is_empty() {
         for &v in near.iter().filter(|&&v| dim[v as usize] == 3) {
             let p = mesh.points[v as usize];
-            if let Some(to) = features.on_crease(p, 0.5 * edge) {
+            if let Some(to) = features.on_crease(p, 0.5 * sizing.at(p)) {
                 wanted.push((p.distance(to), v, to));
             }
         }
@@ -234,6 +246,7 @@ fn rescue(
     dim: &mut [u8],
     (points, depth): (Vec<DVec3>, Vec<f64>),
     edge: f64,
+    sizing: &Sizing,
 ) {
     let doomed = |mesh: &Complex, phi: &[f64], t: u32| {
         let tet = mesh.tets[t as usize];
@@ -253,7 +266,7 @@ fn rescue(
             let clear = tet.iter().any(|&v| middle.distance(shared.points[v as usize]) < values[v as usize]);
             (!clear).then(|| (solid.signed_distance(middle, edge), t, middle))
         })
-        .filter(|l| l.0 < -0.12 * edge)
+        .filter(|l| l.0 < -0.12 * sizing.at(l.2))
         .collect();
     lost.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     for (deep, t, middle) in lost {

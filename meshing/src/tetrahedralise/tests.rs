@@ -26,7 +26,8 @@ fn promised(name: &str, surface: &TriMesh, options: &Options) -> (TetMesh, Repor
     assert!(r.min_dihedral >= MIN_DIHEDRAL, "{name}: {}", r.min_dihedral); // measured 10.4 on the armadillo, 16.0 elsewhere
     assert!((0..mesh.tets.len()).all(|t| mesh.volume(t) > 0.0), "{name}");
     assert_eq!(boundary_flaws(&mesh), (0, 0), "{name}");
-    assert!((r.mean_edge / r.size - 1.0).abs() < 0.2, "{name}"); // measured 0.88 to 1.01
+    // measured 0.88 to 1.01; 0.71 and more where smaller elements were taken, which the report says
+    assert!((r.mean_edge / r.size - 1.0).abs() < if r.warnings.is_empty() { 0.2 } else { 0.4 }, "{name}");
     (mesh, r)
 }
 
@@ -40,7 +41,7 @@ fn faithful(name: &str, surface: &TriMesh, options: &Options) -> (TetMesh, Repor
 }
 
 /// Boundary edges that don't have two triangles, and boundary vertices whose triangles don't form one fan.
-fn boundary_flaws(mesh: &TetMesh) -> (usize, usize) {
+pub(super) fn boundary_flaws(mesh: &TetMesh) -> (usize, usize) {
     let surface = TriMesh { vertices: mesh.vertices.clone(), triangles: crate::quality::boundary(mesh) };
     let edges = features::edges(&surface);
     let bad_edges = edges.chunk_by(|a, b| a.0 == b.0).filter(|e| e.len() != 2 || e[0].2 == e[1].2).count();
@@ -68,7 +69,7 @@ fn boundary_flaws(mesh: &TetMesh) -> (usize, usize) {
     (bad_edges, bad_vertices)
 }
 
-fn read_ply(path: &std::path::Path) -> TriMesh {
+pub(super) fn read_ply(path: &std::path::Path) -> TriMesh {
     let bytes = std::fs::read(path).unwrap();
     let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
     let head = std::str::from_utf8(&bytes[..end]).unwrap();
@@ -91,7 +92,7 @@ fn unit() -> TriMesh {
     bodies::cuboid(DVec3::ZERO, DVec3::ONE)
 }
 
-fn turned(mut surface: TriMesh) -> TriMesh {
+pub(super) fn turned(mut surface: TriMesh) -> TriMesh {
     let q = glam::DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.8);
     surface.vertices.iter_mut().for_each(|v| *v = q * *v);
     surface
@@ -267,9 +268,10 @@ fn scans_keep_the_promises() {
     for name in ["bunny_5k", "spot_3k", "elephant_6k", "bunny_1.5k", "armadillo_8k"] {
         let surface = read_ply(&folder.join(format!("{name}.ply")));
         let (mesh, r) = promised(name, &surface, &Options::new(size_for(&surface, 20_000)));
-        assert!((mesh.tets.len() as f64 / 2e4 - 1.0).abs() < 0.08); // measured 0.04
-        assert!(r.hausdorff().sizes <= MAX_DEVIATION || !r.warnings.is_empty(), "{name}");
-        assert!(r.hausdorff().sizes <= 0.5, "{name}: {:?}", r.hausdorff()); // armadillo 0.41, its claws are thin
+        let more = mesh.tets.len() as f64 / 2e4;
+        assert!((0.92..1.08).contains(&more) || (!r.warnings.is_empty() && more < 2.2), "{name}"); // measured 0.04
+        assert!(r.hausdorff().sizes <= MAX_DEVIATION, "{name}: {:?}", r.hausdorff());
+        assert_eq!(r.euler, crate::quality::euler(&surface.triangles), "{name}");
     }
 }
 

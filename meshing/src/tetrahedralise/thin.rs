@@ -5,6 +5,7 @@
 //! and Choi 2012), and where no vertex is near, the nearest one is brought there and kept inside.
 
 use super::complex::{Complex, angle_score, worst_from};
+use super::refine::Sizing;
 use super::solid::Solid;
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
@@ -27,9 +28,16 @@ pub struct Middle {
     pub radius: f64,
 }
 
-/// Middles of walls that are thin for background edges of length `edge` [m], but not hopelessly so.
-pub fn walls(solid: &dyn Solid, edge: f64) -> Vec<Middle> {
-    let found = |(p, n)| middle(solid, p, n, THIN * edge).filter(|w| w.radius > LOST * edge);
+/// Middles of walls whose background edges are too long for them, but not hopelessly so.
+pub fn walls(solid: &dyn Solid, edge: f64, sizing: &Sizing) -> Vec<Middle> {
+    let fits = |m: &Middle| (LOST..THIN).contains(&(m.radius / sizing.at(m.at)));
+    middles(solid, edge, THIN * edge, 1.0).into_iter().filter(fits).collect()
+}
+
+/// Middles of walls (`side` = 1) or gaps (−1) no wider than `2 · limit` [m], sampled for background edges of length `edge`
+/// [m].
+pub fn middles(solid: &dyn Solid, edge: f64, limit: f64, side: f64) -> Vec<Middle> {
+    let found = |(p, n): (DVec3, DVec3)| middle(solid, p, side * n, limit).filter(|m| m.radius > 0.25 * LOST * edge);
     solid.samples(0.4 * edge).into_par_iter().filter_map(found).collect()
 }
 
@@ -79,7 +87,7 @@ fn middle(solid: &dyn Solid, p: DVec3, n: DVec3, limit: f64) -> Option<Middle> {
 }
 
 /// Brings background vertices into thin walls. Returns for each vertex whether it must stay inside.
-pub fn occupy(walls: &[Middle], mesh: &mut Complex, phi: &mut [f64], edge: f64) -> Vec<bool> {
+pub fn occupy(walls: &[Middle], mesh: &mut Complex, phi: &mut [f64], edge: f64, sizing: &Sizing) -> Vec<bool> {
     let mut locked = vec![false; phi.len()];
     if walls.is_empty() {
         return locked;
@@ -90,17 +98,18 @@ pub fn occupy(walls: &[Middle], mesh: &mut Complex, phi: &mut [f64], edge: f64) 
         cells.entry(cell(mesh.points[v as usize])).or_default().push(v);
     }
     for wall in walls {
+        let local = sizing.at(wall.at);
         let mut near: Vec<(f64, u32)> = Vec::new();
         for k in 0..27 {
             let c = cell(wall.at) + IVec3::new(k % 3, k / 3 % 3, k / 9) - 1;
             near.extend(cells.get(&c).into_iter().flatten().map(|&v| (mesh.points[v as usize].distance(wall.at), v)));
         }
         near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        if near.iter().any(|&(d, v)| d < SERVED * edge && locked[v as usize]) {
+        if near.iter().any(|&(d, v)| d < SERVED * local && locked[v as usize]) {
             continue;
         }
         // a vertex that is deep enough already only has to stay
-        let deep = near.iter().find(|&&(d, v)| d < SERVED * edge && -phi[v as usize] > 0.5 * wall.radius);
+        let deep = near.iter().find(|&&(d, v)| d < SERVED * local && -phi[v as usize] > 0.5 * wall.radius);
         if let Some(&(_, v)) = deep {
             locked[v as usize] = true;
             continue;
@@ -109,7 +118,7 @@ pub fn occupy(walls: &[Middle], mesh: &mut Complex, phi: &mut [f64], edge: f64) 
             let view = mesh.view(v);
             let floor = angle_score(6.0);
             let place = [1.0, 0.75].map(|part| mesh.points[v as usize].lerp(wall.at, part)).into_iter().find(|&p| {
-                d < 0.9 * edge && p.distance(wall.at) < 0.5 * wall.radius && worst_from(p, &view, floor) > floor
+                d < 0.9 * local && p.distance(wall.at) < 0.5 * wall.radius && worst_from(p, &view, floor) > floor
             });
             if let Some(p) = place {
                 mesh.points[v as usize] = p;
@@ -131,12 +140,13 @@ mod tests {
     fn the_middle_of_a_wall_is_found() {
         let wall = bodies::cuboid(DVec3::ZERO, DVec3::new(1.0, 1.0, 0.05));
         let solid = Inside::new(&wall, 0.1);
-        let found = walls(&solid, 0.1);
+        let sizing = |edge| Sizing::new(&solid, edge, 1.0);
+        let found = walls(&solid, 0.1, &sizing(0.1));
         assert!(found.len() > 400, "{}", found.len()); // measured 2,600
         for wall in found {
             assert!((wall.radius - 0.025).abs() < 1e-9 && (wall.at.z - 0.025).abs() < 1e-9);
         }
-        assert_eq!(walls(&solid, 0.01).len(), 0);
+        assert_eq!(walls(&solid, 0.01, &sizing(0.01)).len(), 0);
         assert!((thinnest(&solid, DVec3::new(0.5, 0.5, 0.0), 0.1).unwrap() - 0.025).abs() < 1e-9);
     }
 }
