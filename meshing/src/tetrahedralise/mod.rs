@@ -1,7 +1,8 @@
 //! Tetrahedra from a closed surface, or from a wall of given thickness around any surface.
 //!
 //! An irregular periodic background (`tile`) is cut at the surface (`stuff`), its angles are raised (`improve`) and
-//! what lies too far from the surface is pulled there (`fit`). Deterministic: the same bits on any number of threads.
+//! what lies too far from the surface is pulled there (`fit`). Where that misses a promise, thin places get smaller elements
+//! (`refine`), then all places do ([`ATTEMPTS`]), and the report says so. Deterministic: the same bits on any number of threads.
 
 mod complex;
 mod features;

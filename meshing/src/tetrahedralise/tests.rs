@@ -176,11 +176,15 @@ fn a_ball_has_no_preferred_axes() {
 
 #[test]
 fn same_bits_on_any_number_of_threads() {
-    let run = |threads: usize| {
+    let run = |surface: &TriMesh, size: f64, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| tetrahedralise(&bodies::ell(), &Options::new(0.15)).unwrap())
+        pool.install(|| tetrahedralise(surface, &Options::new(size)).unwrap())
     };
-    let (one, three) = (run(1), run(3));
+    // a spike needs smaller elements at its tip
+    let spike = bodies::cone(0.1, 1.0, 48);
+    let size = size_for(&spike, 2000);
+    assert!(run(&spike, size, 1) == run(&spike, size, 3));
+    let (one, three) = (run(&bodies::ell(), 0.15, 1), run(&bodies::ell(), 0.15, 3));
     assert!(one == three);
     let other = tetrahedralise(&bodies::ell(), &Options { seed: 1, ..Options::new(0.15) }).unwrap();
     assert!(one.0 != other.0);
