@@ -78,7 +78,10 @@ pub fn fill(surface: TriMesh, resolution: Resolution, shell: Option<f64>, seed: 
     let size = match (resolution, shell) {
         (Resolution::Size(size), _) => size,
         (Resolution::Tets(tets), None) => size_for(&surface, tets as usize),
-        (Resolution::Tets(tets), Some(thickness)) => shell_size_for(&surface, thickness, tets as usize),
+        // at least two elements go through a wall, though it take more tetrahedra than asked for
+        (Resolution::Tets(tets), Some(thickness)) => {
+            shell_size_for(&surface, thickness, tets as usize).min(thickness / 2.0)
+        }
     };
     let options = Options { seed, shell, ..Options::new(size) };
     let (mesh, report) = tetrahedralise(&surface, &options).map_err(|error| {
