@@ -2,13 +2,13 @@
 
 use fissure_engine::{Bond, BondLaw, Params, Surroundings, Value, World};
 use fissure_materials::{Isotropic, Plastic};
-use fissure_tests::given::{deform, pull_through_middle, reference_forces};
-use fissure_tests::{Block, block, columns, noise};
+use fissure_tests::given::{Given, deform, pull_through_middle, reference_forces};
+use fissure_tests::{Block, block, noise};
 use glam::{DMat3, DVec3};
 
 const KAPPA: f64 = 1e6;
 const MU: f64 = 4e5;
-const STRETCH: f64 = 2e-4;
+const STRETCH: f64 = 2e-3;
 
 fn number(name: &'static str, value: f64) -> (&'static str, Value) {
     (name, Value::Number(value))
@@ -63,7 +63,7 @@ fn the_return_lands_on_the_yield_surface_and_plastic_work_is_never_negative() {
         }
     }
     println!("{yielded} of 10000 yield; off the surface by {worst:.1e} at most; least plastic work {least_work:.1e}");
-    assert!(yielded > 5000 && worst < 1e-11 && least_work > 0.0); // measured SURFM
+    assert!(yielded > 5000 && worst < 1e-11 && least_work > 0.0); // measured 4e-15
 }
 
 #[test]
@@ -138,8 +138,27 @@ fn a_sheared_block_keeps_the_dent_of_the_closed_form() {
     let shear = |gamma: f64| DMat3::from_cols(DVec3::X, DVec3::new(gamma, 1.0, 0.0), DVec3::Z);
     // all bonds at yield: 10/π μ s_y
     assert!((15.0 * capped(1e3, 1.0) - 10.0 / std::f64::consts::PI).abs() < 1e-3);
-    for (n, bound) in [(8, 0.2), (12, 0.2), (16, 0.2), (24, 0.2)] {
-        let mut world = plastic_block(n);
+    for (n, family, bound) in [(10, 3.6, 0.015), (16, 5.6, 0.006)] {
+        let spacing = 1.0 / f64::from(n);
+        let points: Vec<DVec3> = (0..n * n * n)
+            .map(|k| {
+                let cell = DVec3::new(f64::from(k / (n * n)), f64::from(k / n % n), f64::from(k % n));
+                let k = 3 * k as u64;
+                (cell + DVec3::new(noise(k), noise(k + 1), noise(k + 2)) * 0.5) * spacing
+            })
+            .collect();
+        let law = given(&[number("yield_stress", 3.0 * MU * STRETCH)]);
+        let mut world = Given {
+            points: &points,
+            volume: spacing.powi(3),
+            density: 1000.0,
+            spacing,
+            horizon: family * spacing,
+            law: ("plastic", &law),
+            criterion: ("none", &[]),
+        }
+        .world();
+        world.dt = 1e-12; // nothing moves
         let stress = |world: &mut World, gamma: f64| {
             deform(world, shear(gamma));
             // the traction on a plane x = const along y
@@ -158,13 +177,15 @@ fn a_sheared_block_keeps_the_dent_of_the_closed_form() {
         world.step().unwrap();
         let again = stress(&mut world, dent) / modulus;
         println!(
-            "{n} across: loaded to {:.4} of the closed form, dent {:.4} of it, left there {:+.1e}",
+            "{n} across, family {family}: loaded to {:.4} of the closed form, dent {:.4} of it, left there {:+.1e}",
             loaded / want,
             dent / (gamma - want),
             again / loaded
         );
+        // measured 1.0098 and .9966, dents .9955 and 1.0014: how evenly directions are sampled. A plain lattice with a
+        // family of 2.6 is 5 % soft at any size
         assert!((loaded / want - 1.0).abs() < bound && (dent / (gamma - want) - 1.0).abs() < bound);
-        assert!((again / loaded).abs() < 2e-3);
+        assert!((again / loaded).abs() < 1e-6); // measured 6e-8
     }
 }
 
@@ -185,62 +206,6 @@ fn it_gives_way_at_the_tensile_stress_it_says() {
     // pure dilatation yields nothing, at any size
     let b = Bond { ext: 0.01, theta: 0.3, rest: 0.1, cos: 1.0, weight: 2.6, inv_m: 3e3 };
     assert_eq!(plastic.flow(&b, [0.0], 0.0), [0.0]);
-}
-
-#[test]
-fn hit_hard_it_keeps_momentum_loses_energy_and_agrees_with_its_twin() {
-    let more = given(&[number("yield_stretch", STRETCH)]);
-    let mut world = block(&Block { n: [9, 8, 7], law: ("plastic", more), ..Block::default() });
-    world.dt = 0.5 * world.stable_dt();
-    for i in 0..world.particles.len() {
-        let x = world.particles.rest[i].as_dvec3();
-        world.particles.velocity[i] = DVec3::new(-x.x, 0.5 * x.y + x.z, 0.3 * x.x) * 2.0;
-    }
-    let momentum = |w: &World| {
-        let p = &w.particles;
-        let linear: DVec3 = (0..p.len()).map(|i| p.velocity[i] * p.mass[i]).sum();
-        let angular: DVec3 = (0..p.len()).map(|i| p.position[i].cross(p.velocity[i]) * p.mass[i]).sum();
-        (linear, angular, (0..p.len()).map(|i| p.velocity[i].length() * p.mass[i]).sum::<f64>())
-    };
-    let energy = |w: &mut World| w.energies().kinetic + w.energies().elastic;
-    let (before, first) = (momentum(&world), energy(&mut world));
-    let (mut last, mut gain) = (first, 0.0f64);
-    for _ in 0..40 {
-        (0..10).for_each(|_| world.step().unwrap());
-        let now = energy(&mut world);
-        gain = gain.max((now - last) / first);
-        last = now;
-    }
-    let after = momentum(&world);
-    let drift = (before.0.distance(after.0) / before.2, before.1.distance(after.1) / before.2);
-    println!(
-        "momentum drift {:.1e} {:.1e}, energy left {:.3}, largest gain in ten steps {gain:.1e}",
-        drift.0,
-        drift.1,
-        last / first
-    );
-    assert!(drift.0 < 2e-9 && drift.1 < 2e-9 && last < 0.7 * first);
-
-    // own memory of i→j is the twin memory of j→i, to the bit
-    let all = columns(&mut world);
-    let column = |end: &str| -> Vec<u32> {
-        let (_, bytes) = all.iter().find(|(name, _)| name.ends_with(end)).unwrap();
-        bytes.chunks_exact(4).map(|b| u32::from_le_bytes(b.try_into().unwrap())).collect()
-    };
-    let (own, twin) = (column("/memory/plastic_extension"), column("/twin_memory/plastic_extension"));
-    let bonds = world.bodies[0].material.bonds().unwrap();
-    let (mut checked, mut one_sided) = (0, 0);
-    for i in 0..bonds.rows() {
-        for k in bonds.slots(i) {
-            let j = bonds.neighbours[k] as usize;
-            let back = bonds.slots(j).find(|&b| bonds.neighbours[b] as usize == i).unwrap();
-            assert_eq!((own[k], twin[k]), (twin[back], own[back]), "{i} to {j}");
-            one_sided += usize::from(own[k] != twin[k]);
-            checked += 1;
-        }
-    }
-    // the two sides differ from each other, for θ_i ≠ θ_j
-    assert!(checked > 20_000 && one_sided > checked / 2, "{one_sided} of {checked}");
 }
 
 #[test]
@@ -266,5 +231,5 @@ fn unloading_force_is_minus_the_gradient_of_the_energy() {
         }
     }
     println!("force and slope of the energy differ by {worst:.1e} of the largest force");
-    assert!(worst < 5e-3, "{worst:e}");
+    assert!(worst < 2e-4, "{worst:e}"); // measured 4.8e-5: f32 energies are differenced
 }
