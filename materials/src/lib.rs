@@ -8,6 +8,7 @@ mod plastic;
 mod pmb;
 mod taper;
 mod viscoelastic;
+pub mod yielding;
 
 pub use anisotropic::Anisotropic;
 pub use isotropic::Isotropic;

@@ -8,19 +8,9 @@
 //! Bonds yield one by one, those along the principal axes first: in shear at τ = 2μs_y, in tension at σ = 3μs_y. When
 //! all have yielded, it is (10/π) μs_y and 5.77 μs_y. `yield_stress` means the first in tension.
 
-use std::f64::consts::PI;
+use fissure_engine::{Bond, BondLaw, Column, Kind, Lane, Of, ParamError, Parameter, Params, Surroundings};
 
-use fissure_engine::{Bond, BondLaw, Column, Kind, Lane, Of, ParamError, Parameter, Params, Range, Surroundings};
-
-use crate::{Isotropic, moduli};
-
-/// The least yield stretch: the stable step is measured at stretches of 1e-6, which must be elastic.
-const LEAST: f64 = 1e-5;
-
-const YIELD_STRESS: &str = "yield_stress";
-const YIELD_STRETCH: &str = "yield_stretch";
-const PSI0: &str = "psi0";
-const CAP: &str = "plastic_cap";
+use crate::{Isotropic, moduli, yielding};
 
 /// Elastoplastic solid.
 pub struct Plastic {
@@ -31,10 +21,6 @@ pub struct Plastic {
     yield_stretch: f64,
     /// γ/|ξ| of Eq. 16 [1].
     cap: f64,
-}
-
-const fn optional(name: &'static str, unit: &'static str, about: &'static str) -> Parameter {
-    Parameter { name, unit, kind: Kind::OptionalNumber(Range::POSITIVE), about }
 }
 
 impl BondLaw<1> for Plastic {
@@ -51,39 +37,19 @@ impl BondLaw<1> for Plastic {
             kind: Kind::Word(&["default", "as_written"]),
             about: "objective with a consistent return, or Eqs. 3-16 as the paper prints them",
         },
-        optional(
-            YIELD_STRESS,
-            "Pa",
-            "tensile stress σ_y of first yield, 3μ times `yield_stretch`; give one of the two",
-        ),
-        optional(YIELD_STRETCH, "1", "deviatoric stretch s_y at which a bond yields; or give `yield_stress`"),
-        optional(PSI0, "N^2/m^12", "Ψ0 of Eq. 13, only as_written: means another stretch at every horizon"),
-        optional(CAP, "1", "largest plastic stretch γ/|ξ| of a bond (Eq. 16); left out, there is no limit"),
+        yielding::STRESS,
+        yielding::STRETCH,
+        yielding::PSI0,
+        yielding::CAP,
     ];
     const MEMORY: [Column; 1] = [Column::live("plastic_extension", "m", Of::Bond)];
 
     fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError> {
         let (elastic, as_written) = (Isotropic::from_params(p, at)?, p.word("formulation") == "as_written");
         let (_, mu) = moduli::bulk_and_shear(p)?;
-        let delta = at.horizon;
-        let (key, yield_stretch) = match (p.optional(YIELD_STRESS), p.optional(YIELD_STRETCH), p.optional(PSI0)) {
-            (Some(stress), None, None) => (YIELD_STRESS, stress / (3.0 * mu)),
-            (None, Some(stretch), None) => (YIELD_STRETCH, stretch),
-            (None, None, Some(psi)) if as_written => {
-                (PSI0, PI * delta.powi(4) * (2.0 * psi).sqrt() / (30.0 * mu)) // Eqs. 10, 12, 14
-            }
-            _ => {
-                let message =
-                    "give either `yield_stress` [Pa] or `yield_stretch`, or `psi0` with formulation = \"as_written\"";
-                return Err(ParamError::new(YIELD_STRESS, message.into()));
-            }
-        };
-        if yield_stretch < LEAST {
-            let message =
-                format!("`{key}` means yield at a stretch of {yield_stretch:.1e}; it must be {LEAST:.0e} or more");
-            return Err(ParamError::new(key, message));
-        }
-        Ok(Self { elastic, as_written, delta, yield_stretch, cap: p.optional(CAP).unwrap_or(f64::INFINITY) })
+        let yield_stretch = yielding::stretch(p, mu, at.horizon, as_written)?;
+        let cap = p.optional(yielding::CAP.name).unwrap_or(f64::INFINITY);
+        Ok(Self { elastic, as_written, delta: at.horizon, yield_stretch, cap })
     }
 
     fn needs_cos(&self) -> bool {

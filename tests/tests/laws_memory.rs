@@ -41,7 +41,7 @@ fn hit_hard(name: &'static str, memory: &str, law: Vec<(&'static str, Value)>) {
     let after = momentum(&world);
     let drift = (before.0.distance(after.0) / before.2, before.1.distance(after.1) / before.2);
     println!(
-        "momentum drift {:.1e} {:.1e}, energy left {:.3}, largest gain in ten steps {gain:.1e}",
+        "{name}: momentum drift {:.1e} {:.1e}, energy left {:.3}, largest gain in ten steps {gain:.1e}",
         drift.0,
         drift.1,
         last / first
