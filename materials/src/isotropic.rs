@@ -29,6 +29,15 @@ pub struct Isotropic {
     b: f64,
 }
 
+impl Isotropic {
+    /// The default formulation with bulk and shear modulus [Pa] at horizon δ [m].
+    pub(crate) fn new(kappa: f64, mu: f64, delta: f64) -> Self {
+        let a = 9.0 * kappa / (8.0 * PI * delta.powi(4)); // Eq. 10
+        let b = 15.0 * mu / (2.0 * PI * delta.powi(5)); // Eq. 10
+        Self { kappa, mu, as_written: false, delta, a, b }
+    }
+}
+
 impl BondLaw<0> for Isotropic {
     const NAME: &'static str = "isotropic";
     const SUMMARY: &'static str = "isotropic elastic solid (Chen et al., Sec. 4.1)";
@@ -48,15 +57,7 @@ impl BondLaw<0> for Isotropic {
 
     fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError> {
         let (kappa, mu) = moduli::bulk_and_shear(p)?;
-        let delta = at.horizon;
-        Ok(Self {
-            kappa,
-            mu,
-            as_written: p.word("formulation") == "as_written",
-            delta,
-            a: 9.0 * kappa / (8.0 * PI * delta.powi(4)), // Eq. 10
-            b: 15.0 * mu / (2.0 * PI * delta.powi(5)),   // Eq. 10
-        })
+        Ok(Self { as_written: p.word("formulation") == "as_written", ..Self::new(kappa, mu, at.horizon) })
     }
 
     fn needs_cos(&self) -> bool {

@@ -1,13 +1,32 @@
 //! The constitutive laws that come with Fissure, one file each, and the list that registers them.
 
+pub mod anisotropic;
 mod isotropic;
+mod lps;
 pub mod moduli;
+mod plastic;
+mod pmb;
+mod taper;
+mod viscoelastic;
+pub mod yielding;
 
+pub use anisotropic::Anisotropic;
 pub use isotropic::Isotropic;
+pub use lps::Lps;
+pub use plastic::Plastic;
+pub use pmb::Pmb;
+pub use viscoelastic::Viscoelastic;
 
 use fissure_engine::Registry;
 
 /// Every material of this crate. Your own crate starts from it: `registry().bonds::<Mine, _>()`.
 pub fn registry() -> Registry {
-    Registry::default().bonds::<Isotropic, _>()
+    Registry::default()
+        .bonds::<Isotropic, _>()
+        .bonds::<Plastic, _>()
+        .bonds::<Anisotropic<Isotropic>, _>()
+        .bonds::<Anisotropic<Plastic>, _>()
+        .bonds::<Viscoelastic, _>()
+        .bonds::<Lps, _>()
+        .bonds::<Pmb, _>()
 }

@@ -1,5 +1,7 @@
 //! Small bodies that the integration tests share.
 
+pub mod given;
+
 use fissure_engine::{BodyInput, Families, Surroundings, Value, World};
 use glam::DVec3;
 

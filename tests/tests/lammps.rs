@@ -1,92 +1,84 @@
-//! Forces of the isotropic law against LAMMPS's linear peridynamic solid, through a law from outside the workspace's
-//! registry: both normalise by the discrete weighted volume and weigh by 1/|ξ|, and LAMMPS tapers volumes at the horizon.
+//! Forces and motion against LAMMPS: the same 9×9×9 block under the same smooth displacement, with volumes tapered at
+//! the horizon. See `reference/README.md`.
 
-use fissure_engine::{
-    BodyInput, Bond, BondLaw, Column, Lane, ParamError, Parameter, Params, Registry, Surroundings, Value, World,
-};
-use fissure_materials::Isotropic;
-use fissure_tests::naive_families;
+use std::f64::consts::PI;
+
+use fissure_engine::{Value, World};
+use fissure_tests::given::{Given, lane_forces, reference_forces, relative_error, table};
 use glam::DVec3;
 
 const LATTICE: f64 = 5e-4;
 const HORIZON: f64 = 1.5001e-3;
 
-/// The isotropic law with LAMMPS's volume taper, which is only another influence.
-struct Tapered(Isotropic);
+fn vectors(rows: &[Vec<f64>], column: usize) -> Vec<DVec3> {
+    rows.iter().map(|r| DVec3::new(r[column], r[column + 1], r[column + 2])).collect()
+}
 
-impl BondLaw<0> for Tapered {
-    const NAME: &'static str = "tapered";
-    const SUMMARY: &'static str = "linear peridynamic solid as LAMMPS computes it";
-    const PARAMETERS: &'static [Parameter] = Isotropic::PARAMETERS;
-    const MEMORY: [Column; 0] = [];
-
-    fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError> {
-        Isotropic::from_params(p, at).map(Self)
+/// The displaced block made of `law`, and what LAMMPS's own solid answers to it.
+fn displaced(law: (&str, &[(&str, Value)])) -> (World, Vec<DVec3>) {
+    let rows = table(include_str!("../reference/lammps_lps_forces.csv"));
+    let (rest, moved) = (vectors(&rows, 0), vectors(&rows, 3));
+    let given = Given {
+        points: &rest,
+        volume: LATTICE.powi(3),
+        density: 2200.0,
+        spacing: LATTICE,
+        horizon: HORIZON,
+        law,
+        criterion: ("none", &[]),
+    };
+    let mut world = given.world();
+    // rest positions are kept as f32; the displacement is LAMMPS's
+    for i in 0..rest.len() {
+        world.particles.position[i] += moved[i] - rest[i];
     }
+    (world, vectors(&rows, 6))
+}
 
-    fn influence(&self, xi: DVec3, horizon: f64) -> f64 {
-        let r = xi.length();
-        let near_horizon = (r - horizon).abs() <= LATTICE / 2.0;
-        let taper = if near_horizon { (horizon + LATTICE / 2.0 - r) / LATTICE } else { 1.0 };
-        self.0.influence(xi, horizon) * taper
-    }
-
-    fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
-        self.0.dilatation(b)
-    }
-
-    fn force<L: Lane>(&self, b: &Bond<L>, memory: [L; 0]) -> L {
-        self.0.force(b, memory)
-    }
+fn pmb() -> (World, Vec<DVec3>) {
+    let kappa = 1.6863e22 * PI * HORIZON.powi(4) / 18.0;
+    let (world, _) = displaced(("pmb", &[("bulk_modulus", Value::Number(kappa)), ("taper", Value::Number(LATTICE))]));
+    (world, vectors(&table(include_str!("../reference/lammps_pmb.csv")), 0))
 }
 
 #[test]
-fn forces_agree_with_lammps() {
-    let table = include_str!("../reference/lammps_lps_forces.csv");
-    let rows: Vec<Vec<f64>> =
-        table.lines().skip(1).map(|line| line.split(',').map(|x| x.parse().unwrap()).collect()).collect();
-    let vector = |row: &[f64], k: usize| DVec3::new(row[k], row[k + 1], row[k + 2]);
-    let points: Vec<DVec3> = rows.iter().map(|r| vector(r, 0)).collect();
-    let (horizon, spacing) = (HORIZON, LATTICE);
-    let number = |name: &str, value: f64| (name.to_string(), Value::Number(value));
-    let material = Registry::default()
-        .bonds::<Tapered, _>()
-        .make(
-            ("tapered", vec![number("bulk_modulus", 14.9e9), number("shear_modulus", 8.0e9)]),
-            ("none", vec![]),
-            &Surroundings { horizon, spacing },
-        )
-        .unwrap();
-    let families = naive_families(&points, horizon);
-    let input = BodyInput {
-        name: "block",
-        points: &points,
-        volumes: &vec![1.25e-10; points.len()],
-        ids: &(0..points.len() as u32).collect::<Vec<_>>(),
-        density: 2200.0,
-        spacing,
-        horizon,
-        velocity: DVec3::ZERO,
-        spin: DVec3::ZERO,
-        families,
-    };
-    let mut world = World::default();
-    world.add(input, material).unwrap();
-    // rest positions are kept as f32; the displacement is LAMMPS's
-    for (i, row) in rows.iter().enumerate() {
-        world.particles.position[i] += vector(row, 3) - vector(row, 0);
-    }
-    let n = points.len();
-    let p = world.particles.of(&(0..n));
-    let want: Vec<DVec3> = rows.iter().map(|r| vector(r, 6)).collect();
-    let largest = want.iter().map(|f| f.length()).fold(0.0, f64::max);
-    let error = |got: &dyn Fn(usize) -> DVec3| (0..n).map(|i| got(i).distance(want[i])).fold(0.0, f64::max) / largest;
+fn forces_of_the_linear_solid() {
+    let law = [
+        ("bulk_modulus", Value::Number(14.9e9)),
+        ("shear_modulus", Value::Number(8.0e9)),
+        ("influence", Value::Word("inverse".into())),
+        ("taper", Value::Number(LATTICE)),
+    ];
+    let (mut world, want) = displaced(("lps", &law));
+    let exact = relative_error(&reference_forces(&world), &want);
+    let lanes = relative_error(&lane_forces(&mut world), &want);
+    println!("lps: largest relative difference {exact:.1e} in f64, {lanes:.1e} in eight f32 lanes");
+    assert!(exact < 3e-7 && lanes < 4e-7); // measured 1.4e-7 and 1.7e-7: rest positions and influences are f32
+}
 
-    let reference = world.bodies[0].material.reference_forces(&p).unwrap();
-    let in_f64 = error(&|i| reference[i]);
-    let mut dv = vec![DVec3::ZERO; n];
-    world.bodies[0].material.respond(&p, 1.0, &mut dv);
-    let in_lanes = error(&|i| dv[i] * 2200.0);
-    println!("largest relative difference: {in_f64:.1e} in f64, {in_lanes:.1e} in eight f32 lanes");
-    assert!(in_f64 < 1e-6 && in_lanes < 1e-6); // measured 1.4e-7 and 1.7e-7: rest positions and influences are f32
+#[test]
+fn forces_of_the_bond_based_solid() {
+    let (mut world, want) = pmb();
+    let exact = relative_error(&reference_forces(&world), &want);
+    let lanes = relative_error(&lane_forces(&mut world), &want);
+    println!("pmb: largest relative difference {exact:.1e} in f64, {lanes:.1e} in eight f32 lanes");
+    assert!(exact < 3e-7 && lanes < 4e-7); // measured 1.1e-7 and 2.0e-7: rest positions and tapers are f32
+}
+
+#[test]
+fn the_bond_based_block_moves_as_in_lammps() {
+    let (mut world, _) = pmb();
+    let start = world.particles.position.to_vec();
+    let want = vectors(&table(include_str!("../reference/lammps_pmb.csv")), 3);
+    let rows = table(include_str!("../reference/lammps_lps_forces.csv"));
+    // symplectic Euler from half a kick is velocity Verlet
+    world.dt = 5e-8;
+    let half: Vec<DVec3> = lane_forces(&mut world).iter().map(|f| *f * (-0.5 * world.dt / 2200.0)).collect();
+    world.particles.velocity.copy_from_slice(&half);
+    (0..200).for_each(|_| world.step().unwrap());
+    let moved: Vec<DVec3> = world.particles.position.iter().zip(&start).map(|(y, x)| *y - *x).collect();
+    let want: Vec<DVec3> = want.iter().zip(vectors(&rows, 3)).map(|(y, x)| *y - x).collect();
+    let error = relative_error(&moved, &want);
+    println!("pmb: after 200 steps positions differ by {error:.1e} of the longest way");
+    assert!(error < 1e-6); // measured 5.2e-7
 }

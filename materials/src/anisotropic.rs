@@ -1,0 +1,119 @@
+//! Anisotropy by direction (Chen et al., Sec. 4.3): ω = δ/|Gξ| (Eq. 17) around another law.
+//!
+//! The default formulation normalises by m_i = Σ ω|ξ|²V, so G and any multiple of it are the same solid and a pure
+//! dilatation is answered with κ; G only moves stiffness from one direction to another. As written, G = gI divides all
+//! stiffness by g. Which bonds break moves with it: s^ω = s^e/ω (Eq. 19) grows with |Gξ|.
+
+use fissure_engine::{Bond, BondLaw, Column, Kind, Lane, ParamError, Parameter, Params, Surroundings};
+use glam::{DMat3, DVec3};
+
+use crate::{Isotropic, Plastic};
+
+const MATRIX: Parameter = Parameter {
+    name: "matrix",
+    unit: "1",
+    kind: Kind::Matrix,
+    about: "anisotropy matrix G of Eq. 17: bonds along its long directions are weak",
+};
+
+/// The table of `base` with [`MATRIX`] at its end.
+const fn and_matrix<const N: usize>(base: &[Parameter]) -> [Parameter; N] {
+    let mut table = [MATRIX; N];
+    let mut k = 0;
+    while k < base.len() {
+        table[k] = base[k];
+        k += 1;
+    }
+    table
+}
+
+/// A law that can be made anisotropic, and what it is called then.
+pub trait Base<const M: usize>: BondLaw<M> {
+    /// The word used in scene files.
+    const NAME: &'static str;
+    /// One line of help.
+    const SUMMARY: &'static str;
+    /// The parameters of the law, and `matrix`.
+    const PARAMETERS: &'static [Parameter];
+}
+
+impl Base<0> for Isotropic {
+    const NAME: &'static str = "anisotropic";
+    const SUMMARY: &'static str = "elastic solid that is stiffer in some directions (Chen et al., Sec. 4.3)";
+    const PARAMETERS: &'static [Parameter] =
+        &and_matrix::<{ <Self as BondLaw<0>>::PARAMETERS.len() + 1 }>(<Self as BondLaw<0>>::PARAMETERS);
+}
+
+impl Base<1> for Plastic {
+    const NAME: &'static str = "anisotropic_plastic";
+    const SUMMARY: &'static str = "elastoplastic solid that is stiffer in some directions (Chen et al., Sec. 4.3)";
+    const PARAMETERS: &'static [Parameter] =
+        &and_matrix::<{ <Self as BondLaw<1>>::PARAMETERS.len() + 1 }>(<Self as BondLaw<1>>::PARAMETERS);
+}
+
+/// Law `T` with direction-dependent influence.
+pub struct Anisotropic<T> {
+    base: T,
+    g: DMat3,
+}
+
+impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
+    const NAME: &'static str = <T as Base<M>>::NAME;
+    const SUMMARY: &'static str = <T as Base<M>>::SUMMARY;
+    const PARAMETERS: &'static [Parameter] = <T as Base<M>>::PARAMETERS;
+    const MEMORY: [Column; M] = T::MEMORY;
+    const NEEDS_THETA: bool = T::NEEDS_THETA;
+
+    fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError> {
+        let g = DMat3::from_cols_array_2d(&p.matrix(MATRIX.name)).transpose();
+        let size = g.to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        // scaled before the determinant, which could overflow
+        if size == 0.0 || (g * (1.0 / size)).determinant().abs() < 1e-9 {
+            let message =
+                "`matrix` is singular: bonds along one direction would have infinite influence; give an invertible G";
+            return Err(ParamError::new(MATRIX.name, message.into()));
+        }
+        Ok(Self { base: T::from_params(p, at)?, g })
+    }
+
+    fn needs_cos(&self) -> bool {
+        self.base.needs_cos()
+    }
+
+    fn has_energy(&self) -> bool {
+        self.base.has_energy()
+    }
+
+    fn influence(&self, xi: DVec3, horizon: f64) -> f64 {
+        horizon / (self.g * xi).length()
+    }
+
+    #[inline(always)]
+    fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
+        self.base.dilatation(b)
+    }
+
+    #[inline(always)]
+    fn force<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
+        self.base.force(b, memory)
+    }
+
+    #[inline(always)]
+    fn flow<L: Lane>(&self, b: &Bond<L>, memory: [L; M], dt: f64) -> [L; M] {
+        self.base.flow(b, memory, dt)
+    }
+
+    #[inline(always)]
+    fn elastic_extension<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
+        self.base.elastic_extension(b, memory)
+    }
+
+    #[inline(always)]
+    fn bond_energy<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
+        self.base.bond_energy(b, memory)
+    }
+
+    fn theta_energy(&self, theta: f64) -> f64 {
+        self.base.theta_energy(theta)
+    }
+}
