@@ -47,6 +47,11 @@ pub(crate) enum Command {
         /// The material to explain
         name: Option<String>,
     },
+    /// List the keys of scene files, or those with a word in them
+    Keys {
+        /// A part of the key, e.g. anchor
+        part: Option<String>,
+    },
     /// Draw a frame of a run as PNG
     Render(RenderArgs),
 }

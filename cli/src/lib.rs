@@ -6,6 +6,7 @@ mod args;
 mod error;
 mod folder;
 mod info;
+mod keys;
 mod log;
 mod materials;
 mod mesh;
@@ -62,6 +63,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Info { file } => info::command(&file, registry),
         Command::Mesh(options) => mesh::command(&options),
         Command::Materials { name } => materials::command(name.as_deref(), registry),
+        Command::Keys { part } => keys::command(part.as_deref()),
         Command::Render(options) => render::command(&options),
     }
 }

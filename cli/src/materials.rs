@@ -11,7 +11,7 @@ pub(crate) fn command(name: Option<&str>, registry: &Registry) -> Result<ExitCod
     match name {
         None => {
             for entry in registry.entries() {
-                say!("{:<14} {}", entry.name, entry.summary);
+                say!("{:<20} {}", entry.name, entry.summary);
             }
             say!("\n`fissure materials NAME` explains one and lists its parameters.");
         }

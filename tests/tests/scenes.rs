@@ -166,7 +166,7 @@ fn the_projects_scenes_run_and_stay_closed() {
         let mut frame = 0;
         while simulation.world.time < scene.duration {
             simulation.step().unwrap();
-            if simulation.world.step % 40 == 0 {
+            if simulation.world.step.is_multiple_of(40) {
                 frame += 1;
                 let surface = simulation.frame(frame);
                 surface.check().unwrap();
