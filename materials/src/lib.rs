@@ -1,5 +1,7 @@
-//! The constitutive laws that come with Fissure, one file each, and the list that registers them.
+//! The constitutive laws that come with Fissure, one file each, the list that registers them, and
+//! [`conformance`], the checks that every law must pass.
 
+pub mod conformance;
 mod isotropic;
 pub mod moduli;
 
