@@ -63,18 +63,19 @@ pub(super) fn required(parameters: &[Parameter], given: &Given) -> Given {
     out
 }
 
-/// A value well inside the range: a rubber that yields at a few per mille and breaks at a few per cent.
+/// A value well inside the range: a brittle rubber that yields at about one per cent, and breaks at less, since a bond
+/// that has yielded is stretched elastically no further than that.
 pub(super) fn inside(p: &Parameter, range: &Range) -> f64 {
     let has = |part: &str| p.name.contains(part);
     let guess = match p.unit {
         "Pa" if has("yield") => 1e4,
         "Pa" if has("shear") => 4e5,
         "Pa" => 1e6,
-        "J/m^2" | "J/m²" | "N/m" => 1e3,
+        "J/m^2" | "J/m²" | "N/m" => 5.0,
         "s" => 0.02,
         "m" => 0.01,
         _ if has("yield") => 0.01,
-        _ if has("critical") => 0.05,
+        _ if has("critical") => 0.001,
         _ if has("poisson") => 0.3,
         _ => 0.25,
     };

@@ -62,7 +62,7 @@ pub(super) fn work(subject: &Subject<'_>) -> Finding {
             }
         }
     }
-    let kept = at_most(-least, 1e-4, "work gained over a cycle")?;
+    let kept = at_most((-least).max(0.0), 1e-4, "work gained over a cycle")?;
     let parts = at_most(made, 0.05, "energy made in a part of it")?;
     Ok(format!("{kept}; {parts}; up to {:.0} % lost", 100.0 * most.max(0.0)))
 }

@@ -34,19 +34,22 @@ pub(super) fn nothing_at_rest(subject: &Subject<'_>) -> Finding {
     if !(scale > 0.0 && scale.is_finite()) {
         return fail(format!("the largest force at 1 % strain is {scale} N"));
     }
-    let mut worst = 0.0f64;
-    for (angle, away) in [(0.0, DVec3::ZERO), (1.0, DVec3::new(3.0, 0.0, -1.0))] {
+    // measured 2e-13 for a law of lengths, in a frame that turns with the body; a law that asks for Λ has none, and its
+    // f32 lanes keep 2e-6
+    let places = [("upright", 0.0, DVec3::ZERO, 1e-9), ("turned and moved", 1.0, DVec3::new(3.0, 0.0, -1.0), 1e-5)];
+    let mut notes = vec!["of the force at 1 % strain".to_string()];
+    for (what, angle, away, limit) in places {
         put(&mut world, &rest, |x| turn(angle) * x + away);
         for force in [forces(&mut world), exact_forces(&mut world)] {
             let here = largest(&force) / scale;
             if here.is_nan() {
                 return fail("the force at rest is not a number");
             }
-            worst = worst.max(here);
+            notes.push(at_most(here, limit, what)?);
         }
+        notes.pop(); // the f64 one: it passed
     }
-    // f64 positions 3 m away: measured 4e-13
-    at_most(worst, 1e-9, "of the force at 1 % strain:")
+    Ok(notes.join("; "))
 }
 
 /// Σ f and Σ x × f, relative to the sums of their sizes, upright and far from the origin.

@@ -127,9 +127,12 @@ fn part(subject: &Subject<'_>, criterion: &(String, Given)) -> Result<(), Troubl
     breaks(&mut world);
     let across = holding(&world)?.iter().filter(|l| right[l.i as usize] != right[l.j as usize]).count();
     if across > 0 {
-        return fail(format!("{across} bonds hold across a gap of 3 m, at a horizon of {:.2} m", super::body::HORIZON));
+        let horizon = super::body::HORIZON;
+        return fail(format!(
+            "{across} bonds hold across a gap of 3 m, at a horizon of {horizon} m; if they rightly flow instead, give the \
+             criterion parameters at which they break with `Case::criterion`"
+        ));
     }
-    // a second look, because θ of this one was still that of the whole
     let mut left = |away: DVec3| -> Vec<DVec3> {
         at(&mut world, away);
         let all = exact_forces(&mut world);

@@ -3,7 +3,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use fissure_engine::{Kind, Parameter, Range, Value};
+use fissure_engine::{Kind, Parameter, Range, Value, World};
+use glam::{DMat3, DVec3};
 
 use super::body::{Given, Subject, exact_forces, largest, put, strained};
 use super::case::said;
@@ -137,7 +138,8 @@ fn outside(p: &Parameter) -> Vec<Value> {
     }
 }
 
-/// Values that the declaration admits, out to its ends: the law works with them or refuses them by name.
+/// Values that the declaration admits, out to its ends: the law works with them (forces are numbers that resist, the step
+/// is one) or refuses them by name.
 fn admitted(subject: &Subject<'_>, p: &Parameter) -> Result<usize, Trouble> {
     let values: Vec<Value> = match p.kind {
         Kind::Number(r) | Kind::NumberOr(r, _) | Kind::OptionalNumber(r) => {
@@ -176,9 +178,29 @@ fn works(subject: &Subject<'_>, p: &Parameter, value: &Value) -> Result<(), Trou
     put(&mut world, &places, |x| x);
     let force = largest(&exact_forces(&mut world));
     let steady = dt > 0.0 && (dt.is_finite() || subject.world()?.stable_dt() == f64::INFINITY);
-    if steady && force.is_finite() {
-        return Ok(());
-    }
     let name = p.name;
+    if steady && force.is_finite() {
+        return match yielding(&mut world) {
+            None => Ok(()),
+            Some(mode) => fail(format!("`{name}` = {value} is taken, but then a body at rest gives way to {mode}")),
+        };
+    }
     fail(format!("`{name}` = {value} is taken, but then the largest force is {force} N and the stable step {dt} s"))
+}
+
+/// The small strain that the body does not resist, if there is one: stretched by it, forces must pull back.
+fn yielding(world: &mut World) -> Option<&'static str> {
+    let s = 1e-4;
+    let modes = [
+        ("dilatation", DMat3::from_diagonal(DVec3::splat(s))),
+        ("shear", DMat3::from_cols(DVec3::new(0.0, s, 0.0), DVec3::new(s, 0.0, 0.0), DVec3::ZERO)),
+        ("stretch", DMat3::from_diagonal(DVec3::new(s, -0.5 * s, -0.5 * s))),
+    ];
+    let rest = strained(world, 0.0);
+    modes.into_iter().find_map(|(name, mode)| {
+        put(world, &rest, |x| x + mode * x);
+        let force = exact_forces(world);
+        let work: f64 = force.iter().zip(&rest).map(|(f, x)| f.dot(mode * *x)).sum();
+        (work >= 0.0 || work.is_nan()).then_some(name)
+    })
 }

@@ -17,13 +17,14 @@ fn criteria(subject: &Subject<'_>) -> Vec<(String, Given)> {
     std::iter::once(subject.calm.clone()).chain(known).collect()
 }
 
-/// A block of `edges` that is being torn: in `STEPS` steps it would be strained by 0.4 if nothing held it, not everywhere alike.
+/// A block of `edges` that is being torn: in `STEPS` steps one side of it would be strained by 0.4 if nothing held it.
 fn torn(subject: &Subject<'_>, edges: [usize; 3], criterion: &(String, Given)) -> Result<World, Trouble> {
     let mut world = subject.block(edges, &subject.given, criterion)?;
     let rate = 0.4 / (STEPS as f64 * world.dt);
     for i in 0..world.particles.len() {
         let x = world.particles.rest[i].as_dvec3();
-        world.particles.velocity[i] = DVec3::new(x.x + 0.5 * x.y.abs(), -0.2 * x.y, 0.3 * x.x - x.z) * rate;
+        let pull = DVec3::new(x.x + 0.5 * x.y.abs(), -0.2 * x.y, 0.3 * x.x - x.z) * rate;
+        world.particles.velocity[i] = if x.x > 0.1 { pull } else { DVec3::ZERO };
     }
     Ok(world)
 }
