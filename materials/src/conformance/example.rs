@@ -2,7 +2,7 @@
 //!
 //! Required numbers get a value well inside their range, chosen by unit; what has a default keeps it. Which optional
 //! numbers belong together (κ with μ, or E with ν) is nowhere declared, so the smallest set that the law accepts is
-//! searched for, and then every further one is added that it also accepts.
+//! searched for, and then every further one is added that it also accepts, and matrices other than the identity.
 
 use fissure_engine::{Kind, Parameter, Range, Value};
 
@@ -10,6 +10,9 @@ use super::body::Given;
 
 /// Optional numbers beyond these are not combined.
 const MOST: usize = 10;
+
+/// Symmetric, regular, and nothing like the identity that a matrix defaults to.
+const MATRIX: [f64; 9] = [1.2, 0.1, 0.0, 0.1, 0.9, 0.2, 0.0, 0.2, 1.6];
 
 /// A set of values that `accepts` says yes to, containing `given`.
 ///
@@ -46,7 +49,15 @@ pub(super) fn find(
             set |= 1 << k;
         }
     }
-    Ok(with(set))
+    let mut found = with(set);
+    for p in parameters.iter().filter(|p| matches!(p.kind, Kind::Matrix) && !given.iter().any(|(key, _)| key == p.name))
+    {
+        let more: Given = found.iter().cloned().chain([(p.name.to_string(), Value::List(MATRIX.into()))]).collect();
+        if accepts(&more).is_ok() {
+            found = more;
+        }
+    }
+    Ok(found)
 }
 
 /// `given`, and a value for every number that is required beside it.
