@@ -18,6 +18,8 @@ use super::{CHECKS, checks};
 ///     .number("shear_modulus", 4e5)
 ///     .word("formulation", "as_written")
 ///     .expect("objectivity", "Λ is not objective (Chen et al., Eq. 4)")
+///     .expect("precision", "a law that asks for Λ has no frame that turns with the body")
+///     .expect("step", "surfaces are softer than the bound takes them to be")
 ///     .check(&fissure_materials::registry());
 /// ```
 #[derive(Clone, Debug)]

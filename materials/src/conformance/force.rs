@@ -40,14 +40,8 @@ pub(super) fn nothing_at_rest(subject: &Subject<'_>) -> Finding {
     let mut notes = vec!["of the force at 1 % strain".to_string()];
     for (what, angle, away, limit) in places {
         put(&mut world, &rest, |x| turn(angle) * x + away);
-        for force in [forces(&mut world), exact_forces(&mut world)] {
-            let here = largest(&force) / scale;
-            if here.is_nan() {
-                return fail("the force at rest is not a number");
-            }
-            notes.push(at_most(here, limit, what)?);
-        }
-        notes.pop(); // the f64 one: it passed
+        let (fast, exact) = (largest(&forces(&mut world)) / scale, largest(&exact_forces(&mut world)) / scale);
+        notes.push(at_most(if fast > exact || fast.is_nan() { fast } else { exact }, limit, what)?);
     }
     Ok(notes.join("; "))
 }

@@ -227,15 +227,13 @@ impl Fault for Panicking {
     const PARAMETERS: &'static [Parameter] = &[
         moduli::BULK,
         moduli::SHEAR,
+        moduli::YOUNG,
+        moduli::POISSON,
         Parameter { name: "hardness", unit: "1", kind: Kind::NumberOr(Range::NOT_NEGATIVE, 0.0), about: "h" },
     ];
     fn read(p: &Params) -> Result<(f64, f64), ParamError> {
         assert!(p.number("hardness") < 10.0, "too hard");
-        let get = |parameter: &Parameter| {
-            p.optional(parameter.name)
-                .ok_or_else(|| ParamError::new(parameter.name, format!("`{}` is missing", parameter.name)))
-        };
-        Ok((get(&moduli::BULK)?, get(&moduli::SHEAR)?))
+        moduli::bulk_and_shear(p)
     }
 }
 
@@ -244,18 +242,12 @@ pub struct Undocumented;
 impl Fault for Undocumented {
     const NAME: &'static str = "undocumented";
     const PARAMETERS: &'static [Parameter] = &[
-        moduli::BULK,
-        moduli::SHEAR,
+        Parameter { kind: Kind::Number(Range::POSITIVE), ..moduli::BULK },
+        Parameter { kind: Kind::Number(Range::POSITIVE), ..moduli::SHEAR },
         Parameter { name: "c", unit: "", kind: Kind::NumberOr(Range::POSITIVE, 1.0), about: "" },
     ];
     fn read(p: &Params) -> Result<(f64, f64), ParamError> {
-        Panicking::read(&Params::new(
-            Panicking::PARAMETERS.to_vec(),
-            MODULI[..2]
-                .iter()
-                .filter_map(|m| Some((m.name.to_string(), fissure_engine::Value::Number(p.optional(m.name)?))))
-                .collect(),
-        )?)
+        Ok((p.number("bulk_modulus"), p.number("shear_modulus")))
     }
 }
 

@@ -7,7 +7,7 @@
 mod elastic;
 mod plastic;
 
-use fissure_engine::{Kind, Parameter, Registry};
+use fissure_engine::{Kind, Parameter, Registry, Value};
 use fissure_materials::conformance::{self, Case, Outcome, Report, matrix};
 
 use elastic::*;
@@ -130,4 +130,15 @@ fn a_failed_check_is_a_panic_with_its_name() {
     assert!(text.contains("rest") && text.contains("FAILED"), "{text}");
     let unknown = Case::new("isotropicc").run(&fissure_materials::registry());
     assert!(unknown.lines[0].note.contains("did you mean `isotropic`"), "{}", unknown.lines[0].note);
+}
+
+#[test]
+fn a_criterion_is_checked_with_the_parameters_that_are_given() {
+    let of = |limit: f64| {
+        let critical = [("critical_stretch", Value::Number(limit))];
+        Case::new("isotropic").criterion("critical_stretch", &critical).run(&fissure_materials::registry())
+    };
+    assert!(of(0.2).passed());
+    // 100 horizons: nothing breaks at any strain that the kit makes
+    assert_eq!(of(100.0).failures().collect::<Vec<_>>(), ["fracture"]);
 }
