@@ -1,6 +1,8 @@
-//! The constitutive laws that come with Fissure, one file each, and the list that registers them.
+//! The constitutive laws that come with Fissure, one file each, the list that registers them, and
+//! [`conformance`], the checks that every law must pass.
 
 pub mod anisotropic;
+pub mod conformance;
 mod isotropic;
 mod lps;
 pub mod moduli;

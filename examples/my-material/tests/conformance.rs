@@ -1,0 +1,6 @@
+//! Our law keeps its promises.
+
+#[test]
+fn stiffening() {
+    fissure_materials::conformance::check(&my_material::registry(), "stiffening");
+}
