@@ -12,8 +12,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use fissure_io::atomic::write_atomically;
 use fissure_io::checkpoint::Store;
-use fissure_io::frames::{FrameFolder, write_atomically};
+use fissure_io::frames::FrameFolder;
 use fissure_io::scene::Scene;
 
 use crate::Error;

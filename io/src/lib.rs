@@ -1,5 +1,6 @@
 //! Files: meshes in, scenes, frames and pictures out, checkpoints.
 
+pub mod atomic;
 pub mod checkpoint;
 pub mod frames;
 pub mod mesh;

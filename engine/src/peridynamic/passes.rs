@@ -36,6 +36,24 @@ impl<const M: usize> Memory<'_, M> {
     }
 }
 
+/// Runs a block for each lane of bonds of a row, with its first slot and its intact bits; chunks without a bond that holds
+/// are passed over. A macro, because a closure here becomes a call, with every register saved around it.
+macro_rules! for_each_lane {
+    ($scene:ident, $record:ident, $row:expr, |$slot:ident, $intact:ident| $block:block) => {
+        for chunk in $scene.chunks($row) {
+            let holding = $scene.intact[chunk];
+            if holding == 0 {
+                continue;
+            }
+            for part in 0..CHUNK / $record::Lane::WIDTH {
+                let first = part * $record::Lane::WIDTH;
+                let ($slot, $intact) = (chunk * CHUNK + first, holding >> first);
+                $block
+            }
+        }
+    };
+}
+
 /// One chunk's geometry: what both sides of its bonds share.
 struct Geometry<L> {
     own: Bond<L>,
@@ -95,18 +113,11 @@ impl<'a, R: Record> Scene<'a, R> {
     pub fn dilatation<T: BondLaw<M>, const M: usize>(&self, law: &T, i: usize) -> f64 {
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
-        for chunk in self.chunks(i) {
-            let holding = self.intact[chunk];
-            if holding == 0 {
-                continue;
-            }
-            for part in 0..CHUNK / R::Lane::WIDTH {
-                let (slot, intact) = (chunk * CHUNK + part * R::Lane::WIDTH, holding >> (part * R::Lane::WIDTH));
-                let g = self.bond(law.needs_cos(), i, slot);
-                let share = law.dilatation(&g.own) * g.volume;
-                sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
-            }
-        }
+        for_each_lane!(self, R, i, |slot, intact| {
+            let g = self.bond(law.needs_cos(), i, slot);
+            let share = law.dilatation(&g.own) * g.volume;
+            sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
+        });
         sum.total()
     }
 
@@ -123,35 +134,28 @@ impl<'a, R: Record> Scene<'a, R> {
     ) -> DVec3 {
         let zero = R::Lane::of(0.0);
         let mut sum = [zero; 3];
-        for chunk in self.chunks(i) {
-            let holding = self.intact[chunk];
-            if holding == 0 {
-                continue;
+        for_each_lane!(self, R, i, |slot, intact| {
+            let g = self.bond(law.needs_cos(), i, slot);
+            let (own, twin) = memory.at(slot);
+            // T_ji points the other way, so the pair adds up (Eq. 3); a + b = b + a makes it antisymmetric to the bit
+            let pair = (law.force(&g.own, own) + law.force(&g.other, twin)) * (g.volume * g.inv_length);
+            let pair = R::Lane::pick(R::Lane::unpack(intact), pair, zero);
+            for k in 0..3 {
+                sum[k] = sum[k] + pair * g.y[k];
             }
-            for part in 0..CHUNK / R::Lane::WIDTH {
-                let (slot, intact) = (chunk * CHUNK + part * R::Lane::WIDTH, holding >> (part * R::Lane::WIDTH));
-                let g = self.bond(law.needs_cos(), i, slot);
-                let (own, twin) = memory.at(slot);
-                // T_ji points the other way, so the pair adds up (Eq. 3); a + b = b + a makes it antisymmetric to the bit
-                let pair = (law.force(&g.own, own) + law.force(&g.other, twin)) * (g.volume * g.inv_length);
-                let pair = R::Lane::pick(R::Lane::unpack(intact), pair, zero);
-                for k in 0..3 {
-                    sum[k] = sum[k] + pair * g.y[k];
-                }
-                if C::BREAKS {
-                    let elastic = mean_elastic(law, &g, own, twin);
-                    let worst = criterion.severity(&g.own, elastic, zero).max(criterion.severity(
-                        &g.own,
-                        elastic,
-                        R::Lane::of(1.0),
-                    ));
-                    let bits = R::Lane::pack(worst.above(R::Lane::of(1.0))) & intact;
-                    if bits != 0 {
-                        hit(slot / CHUNK, bits << (slot % CHUNK));
-                    }
+            if C::BREAKS {
+                let elastic = mean_elastic(law, &g, own, twin);
+                let worst = criterion.severity(&g.own, elastic, zero).max(criterion.severity(
+                    &g.own,
+                    elastic,
+                    R::Lane::of(1.0),
+                ));
+                let bits = R::Lane::pack(worst.above(R::Lane::of(1.0))) & intact;
+                if bits != 0 {
+                    hit(slot / CHUNK, bits << (slot % CHUNK));
                 }
             }
-        }
+        });
         DVec3::new(sum[0].total(), sum[1].total(), sum[2].total())
     }
 
@@ -192,44 +196,30 @@ impl<'a, R: Record> Scene<'a, R> {
         own: &mut [&mut [f32]; M],
         twin: &mut [&mut [f32]; M],
     ) {
-        for chunk in self.chunks(i) {
-            let holding = self.intact[chunk];
-            if holding == 0 {
-                continue;
-            }
-            for part in 0..CHUNK / R::Lane::WIDTH {
-                let (slot, intact) = (chunk * CHUNK + part * R::Lane::WIDTH, holding >> (part * R::Lane::WIDTH));
-                let g = self.bond(law.needs_cos(), i, slot);
-                let mask = R::Lane::unpack(intact);
-                let side = |bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
-                    let old: [R::Lane; M] = std::array::from_fn(|k| R::Lane::load(&columns[k][slot - base..]));
-                    let new = law.flow(bond, old, dt);
-                    for k in 0..M {
-                        R::Lane::pick(mask, new[k], old[k]).store(&mut columns[k][slot - base..]);
-                    }
-                };
-                side(&g.own, own);
-                side(&g.other, twin);
-            }
-        }
+        for_each_lane!(self, R, i, |slot, intact| {
+            let g = self.bond(law.needs_cos(), i, slot);
+            let mask = R::Lane::unpack(intact);
+            let side = |bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
+                let old: [R::Lane; M] = std::array::from_fn(|k| R::Lane::load(&columns[k][slot - base..]));
+                let new = law.flow(bond, old, dt);
+                for k in 0..M {
+                    R::Lane::pick(mask, new[k], old[k]).store(&mut columns[k][slot - base..]);
+                }
+            };
+            side(&g.own, own);
+            side(&g.other, twin);
+        });
     }
 
     /// Energy Σ_j w_ij V_j of the directed bonds of row `i` [J/m³].
     pub fn energy<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, law: &T, i: usize) -> f64 {
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
-        for chunk in self.chunks(i) {
-            let holding = self.intact[chunk];
-            if holding == 0 {
-                continue;
-            }
-            for part in 0..CHUNK / R::Lane::WIDTH {
-                let (slot, intact) = (chunk * CHUNK + part * R::Lane::WIDTH, holding >> (part * R::Lane::WIDTH));
-                let g = self.bond(law.needs_cos(), i, slot);
-                let energy = law.bond_energy(&g.own, memory.at(slot).0) * g.volume;
-                sum = sum + R::Lane::pick(R::Lane::unpack(intact), energy, zero);
-            }
-        }
+        for_each_lane!(self, R, i, |slot, intact| {
+            let g = self.bond(law.needs_cos(), i, slot);
+            let energy = law.bond_energy(&g.own, memory.at(slot).0) * g.volume;
+            sum = sum + R::Lane::pick(R::Lane::unpack(intact), energy, zero);
+        });
         sum.total()
     }
 }

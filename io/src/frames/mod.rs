@@ -4,7 +4,6 @@
 //! drops face properties, meshio fails on binary PLY that has them. Crack faces have vertices of their own, so that
 //! they can carry their own normals and `inside = 1`. `ply` writes the file, `header` reads it, `folder` numbers.
 
-mod atomic;
 mod folder;
 mod header;
 mod ply;
@@ -13,7 +12,6 @@ mod tests;
 
 use std::path::PathBuf;
 
-pub use atomic::write_atomically;
 pub use folder::FrameFolder;
 pub use ply::{from_bytes, read, to_bytes, write};
 

@@ -6,7 +6,8 @@
 
 use std::path::Path;
 
-use super::{Frame, FrameError, folder::number_of, header::Header, write_atomically};
+use super::{Frame, FrameError, folder::number_of, header::Header};
+use crate::atomic::write_atomically;
 
 /// Vertex properties in file order.
 const PROPERTIES: [(&str, &str); 13] = [

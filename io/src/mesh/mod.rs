@@ -35,8 +35,10 @@ pub use error::{MeshError, Place, Problem};
 pub use gmsh::MshFormat;
 
 use fissure_meshing::{TetMesh, TriMesh};
-use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::atomic::write_atomically_with;
 
 /// A mesh as files hold it.
 #[derive(Clone, Debug, PartialEq)]
@@ -146,24 +148,6 @@ fn load(path: &Path) -> Result<Vec<u8>, MeshError> {
     std::fs::read(path).map_err(|source| MeshError::Read { path: path.to_owned(), source })
 }
 
-/// Writes a temporary file beside `path` and renames it when it is complete and on the disk.
 fn store(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), MeshError> {
-    let run = || -> io::Result<()> {
-        let folder = match path.parent() {
-            Some(p) if p != Path::new("") => p.to_owned(),
-            _ => PathBuf::from("."),
-        };
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".mesh");
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666)); // the umask takes its part
-        let file = builder.tempfile_in(folder)?;
-        let mut out = BufWriter::with_capacity(1 << 16, file);
-        content(&mut out)?;
-        let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
-        file.as_file().sync_all()?;
-        file.persist(path).map_err(|e| e.error)?;
-        Ok(())
-    };
-    run().map_err(|source| MeshError::Write { path: path.to_owned(), source })
+    write_atomically_with(path, content).map_err(|source| MeshError::Write { path: path.to_owned(), source })
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{Camera, colour, filter::Pixel};
-use crate::frames::write_atomically;
+use crate::atomic::write_atomically;
 
 /// An 8-bit sRGB picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
