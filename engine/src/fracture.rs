@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn stretch_is_extension_over_horizon_and_compression_never_breaks() {
         // ω = δ/|ξ| = 2, so s^ω = e/δ
-        let bond = Bond { rest: 1.0, ext: 0.3, cos: 1.0, weight: 2.0, theta: 0.0, inv_m: 1.0 };
+        let bond = Bond { rest: 1.0, ext: 0.3, cos: 1.0, weight: 2.0, theta: 0.0, inv_m: 1.0, norm: 0.0 };
         let c = criterion(&[]);
         assert!((c.severity(&bond, 0.3, 0.0) - 1.5).abs() < 1e-15);
         assert!(c.severity(&bond, -5.0, 0.0) < 0.0);
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn damage_toughens_by_default_and_weakens_as_written() {
-        let bond = Bond { rest: 1.0, ext: 0.3, cos: 1.0, weight: 2.0, theta: 0.0, inv_m: 1.0 };
+        let bond = Bond { rest: 1.0, ext: 0.3, cos: 1.0, weight: 2.0, theta: 0.0, inv_m: 1.0, norm: 0.0 };
         let alpha = ("alpha", Value::Number(2.0));
         assert!((criterion(std::slice::from_ref(&alpha)).severity(&bond, 0.3, 0.5) - 0.75).abs() < 1e-15);
         let written = criterion(&[alpha, ("alpha_reading", Value::Word("as_written".into()))]);

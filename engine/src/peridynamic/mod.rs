@@ -3,6 +3,7 @@
 //! ```text
 //! respond   pose: frame, records (48 B a particle)      O(particles)
 //!           θ:    Σ over the row, then into the records O(bonds), skipped by bond-based laws
+//!           norm: √Σ over the row, in a column          O(bonds), only laws that yield as a family
 //!           force: Σ (T_ij − T_ji) V_j, and marks bonds that might break
 //! flow      memory of both sides of each bond           O(bonds), only laws with memory
 //! fracture  marked bonds are judged with φ of both ends O(marked)
@@ -45,6 +46,8 @@ pub struct Peridynamic<T, C, const M: usize> {
     inv_m: Buffer<f64>,
     own: [Buffer<f32>; M],
     twin: [Buffer<f32>; M],
+    /// What the law counts per particle, if it does.
+    tally: Buffer<f64>,
     scratch: Scratch,
 }
 
@@ -53,6 +56,8 @@ pub struct Peridynamic<T, C, const M: usize> {
 struct Scratch {
     records: Vec<Record32>,
     theta: Vec<f64>,
+    /// Norm of every particle before the flow; empty where the law needs none.
+    norm: Vec<f64>,
     /// Bonds that might break, one bit per slot of a chunk.
     marks: Vec<u8>,
     marked: AtomicBool,
@@ -69,6 +74,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Peridynamic<T, C, M> {
             inv_m: Buffer::default(),
             own: std::array::from_fn(|_| Buffer::default()),
             twin: std::array::from_fn(|_| Buffer::default()),
+            tally: Buffer::default(),
             scratch: Scratch::default(),
         }
     }
@@ -99,7 +105,24 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Peridynamic<T, C, M> {
         records.par_iter_mut().zip(&*theta).with_min_len(1024).for_each(|(r, &t)| r.set_theta(t));
     }
 
-    /// Brings the records up to date with the particles: positions, then θ.
+    /// Norm of every particle, of records that have their θ.
+    fn sum_norms<R: Record>(law: &T, scene: Scene<'_, R>, memory: &Memory<'_, M>, norm: &mut [f64]) {
+        in_blocks(0..norm.len(), norm, &|rows, norm: &mut [f64]| {
+            for (norm, i) in norm.iter_mut().zip(rows) {
+                *norm = scene.norm(memory, law, i);
+            }
+        });
+    }
+
+    /// The norms of the present memory, at the positions of the records.
+    fn update_norms(&mut self) {
+        let mut norm = std::mem::take(&mut self.scratch.norm);
+        norm.resize(self.bonds.rows(), 0.0);
+        Self::sum_norms(&self.law, Scene::new(&self.bonds, &self.scratch.records), &self.memory(), &mut norm);
+        self.scratch.norm = norm;
+    }
+
+    /// Brings the scratch up to date with the particles: positions, then θ, then norms.
     fn prepare(&mut self, p: &BodyParticles<'_>) -> Frame {
         let frame = self.frame(p);
         let s = &mut self.scratch;
@@ -108,6 +131,9 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Peridynamic<T, C, M> {
         Self::pose(&self.inv_m, p, &frame, &mut s.records);
         if T::NEEDS_THETA {
             Self::dilate(&self.law, &self.bonds, &mut s.records, &mut s.theta);
+        }
+        if T::NEEDS_NORM {
+            self.update_norms();
         }
         frame
     }
@@ -145,6 +171,9 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         for column in self.own.iter_mut().chain(&mut self.twin) {
             column.set(vec![0.0; slots]);
         }
+        if T::TALLY.is_some() {
+            self.tally.set(vec![0.0; n]);
+        }
         Ok(())
     }
 
@@ -158,7 +187,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         let mut marks = std::mem::take(&mut self.scratch.marks);
         let (memory, law, criterion, marked) = (self.memory(), &self.law, &self.criterion, &self.scratch.marked);
         marked.store(false, Ordering::Relaxed);
-        let scene = Scene::new(&self.bonds, &self.scratch.records);
+        let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
         let work = (dv, PerChunk::<u8, 1> { values: &mut marks, offsets: &self.bonds.offsets });
         in_blocks(0..p.len(), work, &|rows, (dv, marks): (&mut [DVec3], PerChunk<'_, u8, 1>)| {
             let base = scene.chunks(rows.start).start;
@@ -175,10 +204,15 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
     }
 
     fn flow(&mut self, dt: f64) {
-        if M == 0 || self.scratch.records.len() != self.bonds.rows() {
+        if (M == 0 && T::TALLY.is_none()) || self.scratch.records.len() != self.bonds.rows() {
             return;
         }
-        let scene = Scene::new(&self.bonds, &self.scratch.records);
+        if T::TALLY.is_some() {
+            for ((tally, norm), inv_m) in self.tally.iter_mut().zip(&self.scratch.norm).zip(&self.inv_m[..]) {
+                *tally += self.law.tally(*norm, *inv_m);
+            }
+        }
+        let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
         let (law, offsets) = (&self.law, &self.bonds.offsets[..]);
         let slots = |b| PerChunk::<f32, CHUNK> { values: b, offsets };
         let own = self.own.each_mut().map(|b| slots(&mut b[..]));
@@ -196,9 +230,12 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         if !C::BREAKS || !std::mem::take(self.scratch.marked.get_mut()) {
             return;
         }
+        if T::NEEDS_NORM {
+            self.update_norms(); // the memory has flowed since
+        }
         let mut marks = std::mem::take(&mut self.scratch.marks);
         let (memory, law, criterion) = (self.memory(), &self.law, &self.criterion);
-        let scene = Scene::new(&self.bonds, &self.scratch.records);
+        let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
         let phi = &*damage;
         let work = PerChunk::<u8, 1> { values: &mut marks, offsets: &self.bonds.offsets };
         in_blocks(0..self.bonds.rows(), work, &|rows, marks| {
@@ -241,7 +278,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
             return None;
         }
         self.prepare(p);
-        let scene = Scene::new(&self.bonds, &self.scratch.records);
+        let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
         let memory = self.memory();
         let density: Vec<f64> = (0..p.len())
             .into_par_iter()
@@ -259,6 +296,9 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
             Self::dilate(&self.law, &self.bonds, &mut records, &mut vec![0.0; p.len()]);
         }
         let (scene, memory) = (Scene::new(&self.bonds, &records), self.memory());
+        let mut norm = vec![0.0; if T::NEEDS_NORM { p.len() } else { 0 }];
+        Self::sum_norms(&self.law, scene, &memory, &mut norm);
+        let scene = scene.with_norm(&norm);
         let rows = (0..p.len()).into_par_iter();
         Some(rows.map(|i| scene.force(&memory, &self.law, &self.criterion, i, |_, _| ())).collect())
     }
@@ -279,6 +319,9 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         }
         for (column, buffer) in T::MEMORY.iter().zip(&mut self.twin) {
             v(&format!("{scope}/twin_memory"), column, buffer);
+        }
+        if let Some(column) = &T::TALLY {
+            v(&format!("{scope}/tally"), column, &mut self.tally);
         }
     }
 }

@@ -5,12 +5,14 @@
 //! both sides; an influence that changes with the sign of ξ comes nearest), and a broken bond that carries force.
 
 mod elastic;
+mod family;
 mod plastic;
 
 use fissure_engine::{Kind, Parameter, Registry, Value};
 use fissure_materials::conformance::{self, Case, Outcome, Report, matrix};
 
 use elastic::*;
+use family::*;
 use plastic::*;
 
 #[test]
@@ -83,6 +85,8 @@ const CAUGHT: &[(&str, &[&str])] = &[
     (Hidden::NAME, &["restart"]),
     (Dice::NAME, &["twins"]),
     (Rigid::NAME, &["return"]),
+    (Unsummed::NAME, &["return"]),
+    (Trial::NAME, &["return"]),
     ("half_broken", &["fracture"]),
 ];
 
@@ -110,6 +114,8 @@ fn every_mutant_is_caught_by_the_check_that_should() {
         .bonds::<Plastic<Hidden>, _>()
         .bonds::<Plastic<Dice>, _>()
         .bonds::<Plastic<Rigid>, _>()
+        .bonds::<Family<Unsummed>, _>()
+        .bonds::<Family<Trial>, _>()
         .pair::<Elastic<HalfBroken>, OneSided, _>();
     assert_eq!(registry.entries().len(), CAUGHT.len());
     let reports: Vec<Report> = CAUGHT.iter().map(|(name, _)| Case::new(name).run(&registry)).collect();
