@@ -25,6 +25,9 @@ pub struct Bond<L> {
     pub theta: L,
     /// One over the weighted volume m_i = Σ ω |ξ|² V [m⁵].
     pub inv_m: L,
+    /// √(Σ_j norm_share · V_j) of the particle whose side this is, for a law with [`BondLaw::NEEDS_NORM`]; 0 for all others
+    /// and while it is itself being summed.
+    pub norm: L,
 }
 
 /// What a law knows about its body when it is built.
@@ -51,6 +54,10 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     /// Whether the law reads [`Bond::theta`]. A bond-based law says no and saves a pass; its `dilatation` then only serves
     /// criteria.
     const NEEDS_THETA: bool = true;
+    /// Whether the law reads [`Bond::norm`], as one does that yields on the norm of a whole family. It costs a pass more.
+    const NEEDS_NORM: bool = false;
+    /// A number that every particle adds up and no force reads, a multiplier or a work; it survives restarts.
+    const TALLY: Option<Column> = None;
 
     /// Reads the parameters.
     ///
@@ -79,6 +86,17 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     #[inline(always)]
     fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
         L::of(3.0) * b.inv_m * b.weight * b.rest * b.ext
+    }
+
+    /// This bond's share of the squared norm of its family: norm_i = √(Σ_j norm_share · V_j). Of the memory before the flow,
+    /// and of θ; the unit is the law's own, best such that the norm is a pure number.
+    fn norm_share<L: Lane>(&self, _b: &Bond<L>, _memory: [L; M]) -> L {
+        L::of(0.0)
+    }
+
+    /// What a particle adds to its [`TALLY`](Self::TALLY) in a step, from its norm before the flow and its 1/m [1/m⁵].
+    fn tally(&self, _norm: f64, _inv_m: f64) -> f64 {
+        0.0
     }
 
     /// T_ij [N/m⁶], positive in tension. `memory` is that before the flow of this step: a plastic law returns the force

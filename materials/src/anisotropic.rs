@@ -63,6 +63,8 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
     const PARAMETERS: &'static [Parameter] = <T as Base<M>>::PARAMETERS;
     const MEMORY: [Column; M] = T::MEMORY;
     const NEEDS_THETA: bool = T::NEEDS_THETA;
+    const NEEDS_NORM: bool = T::NEEDS_NORM;
+    const TALLY: Option<Column> = T::TALLY;
 
     fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError> {
         let g = DMat3::from_cols_array_2d(&p.matrix(MATRIX.name)).transpose();
@@ -91,6 +93,15 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
     #[inline(always)]
     fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
         self.base.dilatation(b)
+    }
+
+    #[inline(always)]
+    fn norm_share<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
+        self.base.norm_share(b, memory)
+    }
+
+    fn tally(&self, norm: f64, inv_m: f64) -> f64 {
+        self.base.tally(norm, inv_m)
     }
 
     #[inline(always)]

@@ -34,6 +34,8 @@ pub(super) struct Body<T, const M: usize> {
     inv_m: Buffer<f64>,
     own: [Buffer<f32>; M],
     twin: [Buffer<f32>; M],
+    /// What the law counts per particle, if it does.
+    tally: Buffer<f64>,
     pub scratch: Scratch,
 }
 
@@ -42,6 +44,8 @@ pub(super) struct Body<T, const M: usize> {
 pub(super) struct Scratch {
     pub records: Vec<Record32>,
     pub theta: Vec<f64>,
+    /// Norm of every particle before the flow; empty where the law needs none.
+    pub norm: Vec<f64>,
     /// Bonds that might break, one bit per slot of a chunk.
     pub marks: Vec<u8>,
     pub marked: AtomicBool,
@@ -56,6 +60,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             inv_m: Buffer::default(),
             own: std::array::from_fn(|_| Buffer::default()),
             twin: std::array::from_fn(|_| Buffer::default()),
+            tally: Buffer::default(),
             scratch: Scratch::default(),
         }
     }
@@ -86,7 +91,24 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         records.par_iter_mut().zip(&*theta).with_min_len(1024).for_each(|(r, &t)| r.set_theta(t));
     }
 
-    /// Brings the records up to date with the particles: positions, then θ if anybody wants it.
+    /// Norm of every particle, of records that have their θ.
+    fn sum_norms<R: Record>(law: &T, scene: Scene<'_, R>, memory: &Memory<'_, M>, norm: &mut [f64]) {
+        in_blocks(0..norm.len(), norm, &|rows, norm: &mut [f64]| {
+            for (norm, i) in norm.iter_mut().zip(rows) {
+                *norm = scene.norm(memory, law, i);
+            }
+        });
+    }
+
+    /// The norms of the present memory, at the positions of the records.
+    pub fn update_norms(&mut self) {
+        let mut norm = std::mem::take(&mut self.scratch.norm);
+        norm.resize(self.bonds.rows(), 0.0);
+        Self::sum_norms(&self.law, Scene::new(&self.bonds, &self.scratch.records), &self.memory(), &mut norm);
+        self.scratch.norm = norm;
+    }
+
+    /// Brings the scratch up to date with the particles: positions, then θ if anybody wants it, then norms.
     pub fn prepare(&mut self, p: &BodyParticles<'_>, with_theta: bool) -> Frame {
         let frame = self.frame(p);
         let s = &mut self.scratch;
@@ -95,6 +117,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         Self::pose(&self.inv_m, p, &frame, &mut s.records);
         if with_theta {
             Self::dilate(&self.law, &self.bonds, &mut s.records, &mut s.theta);
+        }
+        if T::NEEDS_NORM {
+            self.update_norms();
         }
         frame
     }
@@ -130,6 +155,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         for column in self.own.iter_mut().chain(&mut self.twin) {
             column.set(vec![0.0; slots]);
         }
+        if T::TALLY.is_some() {
+            self.tally.set(vec![0.0; n]);
+        }
         Ok(())
     }
 
@@ -138,10 +166,15 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
     }
 
     pub fn flow(&mut self, dt: f64) {
-        if M == 0 || self.scratch.records.len() != self.bonds.rows() {
+        if (M == 0 && T::TALLY.is_none()) || self.scratch.records.len() != self.bonds.rows() {
             return;
         }
-        let scene = Scene::new(&self.bonds, &self.scratch.records);
+        if T::TALLY.is_some() {
+            for ((tally, norm), inv_m) in self.tally.iter_mut().zip(&self.scratch.norm).zip(&self.inv_m[..]) {
+                *tally += self.law.tally(*norm, *inv_m);
+            }
+        }
+        let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
         let (law, offsets) = (&self.law, &self.bonds.offsets[..]);
         let slots = |b| PerChunk::<f32, CHUNK> { values: b, offsets };
         let own = self.own.each_mut().map(|b| slots(&mut b[..]));
@@ -160,7 +193,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             return None;
         }
         self.prepare(p, T::NEEDS_THETA);
-        let scene = Scene::new(&self.bonds, &self.scratch.records);
+        let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
         let memory = self.memory();
         let density: Vec<f64> = (0..p.len())
             .into_par_iter()
@@ -178,6 +211,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             Self::dilate(&self.law, &self.bonds, &mut records, &mut vec![0.0; p.len()]);
         }
         let (scene, memory) = (Scene::new(&self.bonds, &records), self.memory());
+        let mut norm = vec![0.0; if T::NEEDS_NORM { p.len() } else { 0 }];
+        Self::sum_norms(&self.law, scene, &memory, &mut norm);
+        let scene = scene.with_norm(&norm);
         let rows = (0..p.len()).into_par_iter();
         Some(rows.map(|i| scene.force(&memory, &self.law, &Unbreakable, i, |_, _| ())).collect())
     }
@@ -194,6 +230,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         }
         for (column, buffer) in T::MEMORY.iter().zip(&mut self.twin) {
             v(&format!("{scope}/twin_memory"), column, buffer);
+        }
+        if let Some(column) = &T::TALLY {
+            v(&format!("{scope}/tally"), column, &mut self.tally);
         }
     }
 }

@@ -58,7 +58,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         let mut marks = std::mem::take(&mut b.scratch.marks);
         let (memory, law, criterion, marked) = (b.memory(), &b.law, &self.criterion, &b.scratch.marked);
         marked.store(false, Ordering::Relaxed);
-        let scene = Scene::new(&b.bonds, &b.scratch.records);
+        let scene = Scene::new(&b.bonds, &b.scratch.records).with_norm(&b.scratch.norm);
         let work = (dv, PerChunk::<u8, 1> { values: &mut marks, offsets: &b.bonds.offsets });
         in_blocks(0..p.len(), work, &|rows, (dv, marks): (&mut [DVec3], PerChunk<'_, u8, 1>)| {
             let base = scene.chunks(rows.start).start;
@@ -83,9 +83,12 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
             return;
         }
         let b = &mut self.body;
+        if T::NEEDS_NORM {
+            b.update_norms(); // the memory has flowed since
+        }
         let mut marks = std::mem::take(&mut b.scratch.marks);
         let (memory, law, criterion) = (b.memory(), &b.law, &self.criterion);
-        let scene = Scene::new(&b.bonds, &b.scratch.records);
+        let scene = Scene::new(&b.bonds, &b.scratch.records).with_norm(&b.scratch.norm);
         let phi = &*damage;
         let work = PerChunk::<u8, 1> { values: &mut marks, offsets: &b.bonds.offsets };
         in_blocks(0..b.bonds.rows(), work, &|rows, marks| {

@@ -5,6 +5,7 @@
 //! both sides; an influence that changes with the sign of ξ comes nearest), and a broken bond that carries force.
 
 mod elastic;
+mod family;
 mod plastic;
 
 use fissure_engine::fracture::{CriticalStretch, Unbreakable};
@@ -12,6 +13,7 @@ use fissure_engine::{BondLaw, Kind, Parameter, Registry, Value};
 use fissure_materials::conformance::{self, Case, Outcome, Report, matrix};
 
 use elastic::*;
+use family::*;
 use plastic::*;
 
 #[test]
@@ -84,6 +86,8 @@ const CAUGHT: &[(&str, &[&str])] = &[
     (Hidden::NAME, &["restart"]),
     (Dice::NAME, &["twins"]),
     (Rigid::NAME, &["return"]),
+    (Unsummed::NAME, &["return"]),
+    (Trial::NAME, &["return"]),
     ("half_broken", &["fracture"]),
 ];
 
@@ -116,6 +120,8 @@ fn every_mutant_is_caught_by_the_check_that_should() {
     registry = mutant::<Plastic<Hidden>, _>(registry);
     registry = mutant::<Plastic<Dice>, _>(registry);
     registry = mutant::<Plastic<Rigid>, _>(registry);
+    registry = mutant::<Family<Unsummed>, _>(registry);
+    registry = mutant::<Family<Trial>, _>(registry);
     registry = registry.pair::<Elastic<HalfBroken>, Moody, _>();
     assert_eq!(registry.entries().len(), CAUGHT.len());
     let reports: Vec<Report> = CAUGHT.iter().map(|(name, _)| Case::new(name).run(&registry)).collect();
