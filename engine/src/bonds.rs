@@ -116,6 +116,13 @@ impl Bonds {
         self.offsets[i] as usize..self.offsets[i + 1] as usize
     }
 
+    /// Slots of row `i` that have a bond, also where it is broken.
+    #[inline(always)]
+    pub fn built(&self, i: usize) -> std::ops::Range<usize> {
+        let first = self.offsets[i] as usize * CHUNK;
+        first..first + self.family[i] as usize
+    }
+
     /// Slots of row `i` whose bond holds.
     pub fn slots(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
         self.chunks(i)

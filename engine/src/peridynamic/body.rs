@@ -162,7 +162,34 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
     }
 
     pub fn stable_dt(&self, p: &BodyParticles<'_>) -> f64 {
-        stable::largest_step::<T, M>(&self.law, &self.bonds, &self.inv_m, p)
+        let n = p.len();
+        let size = 1e-6 * self.horizon;
+        let mut position = vec![DVec3::ZERO; n];
+        let (mut records, mut theta) = (vec![Record32::default(); n], vec![0.0; n]);
+        let zeros = vec![0.0; if M > 0 { self.bonds.neighbours.len() } else { 0 }];
+        let memory = Memory { own: [&zeros[..]; M], twin: [&zeros[..]; M] };
+        let dt = stable::largest_step(p, &self.stiffness(p), |u, out| {
+            let scale = size / u.iter().map(|u| u.length()).fold(f64::MIN_POSITIVE, f64::max);
+            position.par_iter_mut().enumerate().for_each(|(i, y)| *y = p.rest[i].as_dvec3() + u[i] * scale);
+            let p = BodyParticles { position: &position, ..*p };
+            Self::pose(&self.inv_m, &p, &Frame::moved(&p), &mut records);
+            if T::NEEDS_THETA {
+                Self::dilate(&self.law, &self.bonds, &mut records, &mut theta);
+            }
+            let scene = Scene::new(&self.bonds, &records);
+            in_blocks(0..n, out, &|rows, out: &mut [DVec3]| {
+                for (out, i) in out.iter_mut().zip(rows) {
+                    let f = scene.force(&memory, &self.law, &Unbreakable, i, |_, _| ());
+                    *out = f * (p.volume[i] / (p.mass[i] * scale));
+                }
+            });
+        });
+        let lags = M > 0 && dt.is_finite();
+        if lags { dt / stable::lag::<T, M>(&self.law, &self.bonds, &self.inv_m, p, dt).sqrt() } else { dt }
+    }
+
+    pub fn stiffness(&self, p: &BodyParticles<'_>) -> Vec<f64> {
+        stable::stiffness::<T, M>(&self.law, &self.bonds, &self.inv_m, p)
     }
 
     pub fn flow(&mut self, dt: f64) {

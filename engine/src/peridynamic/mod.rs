@@ -13,6 +13,7 @@ mod body;
 mod passes;
 pub mod pose;
 mod rows;
+mod spectrum;
 mod stable;
 
 use std::sync::atomic::Ordering;
@@ -49,6 +50,10 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
 
     fn stable_dt(&self, p: &BodyParticles<'_>) -> f64 {
         self.body.stable_dt(p)
+    }
+
+    fn stiffness(&self, p: &BodyParticles<'_>) -> Vec<f64> {
+        self.body.stiffness(p)
     }
 
     fn respond(&mut self, p: &BodyParticles<'_>, dt: f64, dv: &mut [DVec3]) {

@@ -3,8 +3,8 @@
 //! Structures are taken apart without `..`, so a field cannot be added and forgotten here. Every variable part is
 //! preceded by its length or a tag, so no two scenes give the same bytes.
 
-use fissure_engine::Ground;
 use fissure_engine::params::Value;
+use fissure_engine::{Ground, Integrator, Relax};
 use glam::DVec3;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -19,6 +19,7 @@ pub(super) fn of(scene: &Scene) -> u64 {
         gravity,
         dt,
         safety,
+        integrator,
         seed,
         bodies,
         anchors,
@@ -34,6 +35,15 @@ pub(super) fn of(scene: &Scene) -> u64 {
     hash.vector(*gravity);
     hash.optional(*dt);
     hash.number(*safety);
+    match *integrator {
+        Integrator::SymplecticEuler => hash.tag(0),
+        Integrator::VelocityVerlet => hash.tag(1),
+        Integrator::Relax(Relax { residual, iterations }) => {
+            hash.tag(2);
+            hash.number(residual);
+            hash.whole(iterations);
+        }
+    }
     hash.whole(*seed);
     hash.whole(bodies.len() as u64);
     bodies.iter().for_each(|body| hash.body(body));
