@@ -73,6 +73,13 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
         horizon / xi.length()
     }
 
+    /// Whether the frozen weights get pair factors that give cut-off families near surfaces back the stiffness of full
+    /// ones. Then [`Bond::weight`] is ω times that factor (0.5 to 1.9, 1 inside), and a law that wants ω itself computes
+    /// it from [`Bond::rest`]. For laws whose [`influence`](Self::influence) depends on |ξ| only.
+    fn compensates_surface(&self) -> bool {
+        false
+    }
+
     /// This bond's share of the dilatation: θ_i = Σ_j dilatation · V_j, so its unit is 1/m³.
     fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L;
 

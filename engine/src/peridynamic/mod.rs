@@ -13,6 +13,7 @@ mod passes;
 pub mod pose;
 mod rows;
 mod stable;
+mod surface;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -140,7 +141,11 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         let mut sorted = m.clone();
         sorted.sort_unstable_by(f64::total_cmp);
         let least = LEAST_M * sorted.get(n / 2).copied().unwrap_or(1.0);
-        self.inv_m = m.iter().map(|m| 1.0 / m.max(least)).collect::<Vec<_>>().into();
+        let m: Vec<f64> = m.iter().map(|m| m.max(least)).collect();
+        if self.law.compensates_surface() {
+            surface::compensate(&mut self.bonds, p.rest, p.volume, &m);
+        }
+        self.inv_m = m.iter().map(|m| 1.0 / m).collect::<Vec<_>>().into();
         let slots = self.bonds.neighbours.len();
         for column in self.own.iter_mut().chain(&mut self.twin) {
             column.set(vec![0.0; slots]);
