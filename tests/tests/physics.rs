@@ -50,9 +50,9 @@ fn a_strained_block_pulls_with_its_moduli() {
         println!("{n} across: stress {:+.2} %, shear {:+.2} %", 100.0 * axial, 100.0 * shear);
         errors.push(axial.abs().max(shear.abs()));
     }
-    // measured .080 and .026; without the surface treatment .166 and .080. An affine strain is stiffer than the relaxed
+    // measured .068 and .030; without the surface treatment .166 and .080. An affine strain is stiffer than the relaxed
     // one that the treatment aims at (see the comparison with finite elements).
-    assert!(errors[0] < 0.085 && errors[1] < 0.03, "{errors:?}");
+    assert!(errors[0] < 0.075 && errors[1] < 0.035, "{errors:?}");
 }
 
 #[test]

@@ -17,7 +17,7 @@ mod surface;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use self::passes::{Memory, Scene};
@@ -114,9 +114,27 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Peridynamic<T, C, M> {
     }
 }
 
+/// m_i = Σ ω|ξ|²V [m⁵] of every row, at least [`LEAST_M`] of the median.
+fn weighted_volumes(bonds: &Bonds, rest: &[Vec3], volume: &[f64]) -> Vec<f64> {
+    let of = |i: usize| -> f64 {
+        let home = rest[i].as_dvec3();
+        let share = |k: usize| {
+            let j = bonds.neighbours[k] as usize;
+            f64::from(bonds.weight[k]) * rest[j].as_dvec3().distance_squared(home) * volume[j]
+        };
+        bonds.slots(i).map(share).sum()
+    };
+    let mut m: Vec<f64> = (0..bonds.rows()).into_par_iter().map(of).collect();
+    let mut sorted = m.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let least = LEAST_M * sorted.get(m.len() / 2).copied().unwrap_or(1.0);
+    m.iter_mut().for_each(|m| *m = m.max(least));
+    m
+}
+
 impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C, M> {
     fn build(&mut self, g: Geometry<'_>) -> Result<(), BuildError> {
-        let (p, n) = (g.particles, g.particles.len());
+        let p = g.particles;
         for (what, column) in [("volume", p.volume), ("mass", p.mass)] {
             if let Some(particle) = column.iter().position(|&x| !(x > 0.0 && x.is_finite())) {
                 return Err(BuildError::NotPositive { particle, what, value: column[particle] });
@@ -124,26 +142,11 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         }
         self.bonds = Bonds::new(&g.families, p.rest, |_, xi| self.law.influence(xi, self.horizon));
         drop(g.families);
-        let bonds = &self.bonds;
-        let m: Vec<f64> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let home = p.rest[i].as_dvec3();
-                bonds
-                    .slots(i)
-                    .map(|k| {
-                        let j = bonds.neighbours[k] as usize;
-                        f64::from(bonds.weight[k]) * p.rest[j].as_dvec3().distance_squared(home) * p.volume[j]
-                    })
-                    .sum()
-            })
-            .collect();
-        let mut sorted = m.clone();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let least = LEAST_M * sorted.get(n / 2).copied().unwrap_or(1.0);
-        let m: Vec<f64> = m.iter().map(|m| m.max(least)).collect();
+        let mut m = weighted_volumes(&self.bonds, p.rest, p.volume);
         if self.law.compensates_surface() {
             surface::compensate(&mut self.bonds, p.rest, p.volume, &m);
+            // of the new weights: θ is exact for a pure dilatation, and any κ > 0 is stable beside any μ
+            m = weighted_volumes(&self.bonds, p.rest, p.volume);
         }
         self.inv_m = m.iter().map(|m| 1.0 / m).collect::<Vec<_>>().into();
         let slots = self.bonds.neighbours.len();
