@@ -19,7 +19,7 @@ pub struct Bond<L> {
     pub ext: L,
     /// Λ = ŷ·ξ̂, the cosine between deformed and rest bond; 1 unless the law says [`BondLaw::needs_cos`].
     pub cos: L,
-    /// Influence ω [1] (Eq. 5).
+    /// Influence ω [1] (Eq. 5); times a factor near surfaces for a law with [`BondLaw::compensates_surface`].
     pub weight: L,
     /// Dilatation θ_i [1] of the particle whose side this is (Eq. 6); 0 while θ itself is being summed.
     pub theta: L,
@@ -79,6 +79,13 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     /// Influence ω of rest bond ξ [m]; default δ/|ξ| (Eq. 5). Anisotropy is only another ω (Eq. 17).
     fn influence(&self, xi: DVec3, horizon: f64) -> f64 {
         horizon / xi.length()
+    }
+
+    /// Whether the frozen weights get pair factors that give cut-off families near surfaces back the stiffness of full
+    /// ones. Then [`Bond::weight`] is ω times that factor (0.5 to 1.9, 1 inside), and a law that wants ω itself computes
+    /// it from [`Bond::rest`]. For laws whose [`influence`](Self::influence) depends on |ξ| only.
+    fn compensates_surface(&self) -> bool {
+        false
     }
 
     /// This bond's share of the dilatation: θ_i = Σ_j dilatation · V_j, so its unit is 1/m³. Default 3/m · ω|ξ|e, that of

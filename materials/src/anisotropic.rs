@@ -35,6 +35,11 @@ pub trait Base<const M: usize>: BondLaw<M> {
     const SUMMARY: &'static str;
     /// The parameters of the law, and `matrix`.
     const PARAMETERS: &'static [Parameter];
+
+    /// The law under an influence that depends on the direction of the bond.
+    fn directional(self) -> Self {
+        self
+    }
 }
 
 impl Base<0> for Isotropic {
@@ -49,6 +54,10 @@ impl Base<1> for Plastic {
     const SUMMARY: &'static str = "elastoplastic solid that is stiffer in some directions (Chen et al., Sec. 4.3)";
     const PARAMETERS: &'static [Parameter] =
         &and_matrix::<{ <Self as BondLaw<1>>::PARAMETERS.len() + 1 }>(<Self as BondLaw<1>>::PARAMETERS);
+
+    fn directional(self) -> Self {
+        Plastic::directional(self)
+    }
 }
 
 /// Law `T` with direction-dependent influence.
@@ -75,7 +84,7 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
                 "`matrix` is singular: bonds along one direction would have infinite influence; give an invertible G";
             return Err(ParamError::new(MATRIX.name, message.into()));
         }
-        Ok(Self { base: T::from_params(p, at)?, g })
+        Ok(Self { base: T::from_params(p, at)?.directional(), g })
     }
 
     fn needs_cos(&self) -> bool {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::passes::{Memory, Scene};
 use super::pose::{Record, Record32, Record64};
 use super::rows::{PerChunk, in_blocks};
-use super::stable;
+use super::{stable, surface};
 use crate::bonds::{Bonds, CHUNK};
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
@@ -18,7 +18,7 @@ use crate::frame::Frame;
 use crate::law::BondLaw;
 use crate::material::{BuildError, Geometry};
 use crate::particles::BodyParticles;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// The weighted volume that a particle is normalised by is at least this share of the body's median. A corner has an
 /// eighth. Less is a splinter with one or two neighbours, whose bonds would carry the stiffness of a whole family and
@@ -49,6 +49,24 @@ pub(super) struct Scratch {
     /// Bonds that might break, one bit per slot of a chunk.
     pub marks: Vec<u8>,
     pub marked: AtomicBool,
+}
+
+/// m_i = Σ ω|ξ|²V [m⁵] of every row, at least [`LEAST_M`] of the median.
+fn weighted_volumes(bonds: &Bonds, rest: &[Vec3], volume: &[f64]) -> Vec<f64> {
+    let of = |i: usize| -> f64 {
+        let home = rest[i].as_dvec3();
+        let share = |k: usize| {
+            let j = bonds.neighbours[k] as usize;
+            f64::from(bonds.weight[k]) * rest[j].as_dvec3().distance_squared(home) * volume[j]
+        };
+        bonds.slots(i).map(share).sum()
+    };
+    let mut m: Vec<f64> = (0..bonds.rows()).into_par_iter().map(of).collect();
+    let mut sorted = m.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let least = LEAST_M * sorted.get(m.len() / 2).copied().unwrap_or(1.0);
+    m.iter_mut().for_each(|m| *m = m.max(least));
+    m
 }
 
 impl<T: BondLaw<M>, const M: usize> Body<T, M> {
@@ -133,24 +151,13 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         }
         self.bonds = Bonds::new(&g.families, p.rest, |_, xi| self.law.influence(xi, self.horizon));
         drop(g.families);
-        let bonds = &self.bonds;
-        let m: Vec<f64> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let home = p.rest[i].as_dvec3();
-                bonds
-                    .slots(i)
-                    .map(|k| {
-                        let j = bonds.neighbours[k] as usize;
-                        f64::from(bonds.weight[k]) * p.rest[j].as_dvec3().distance_squared(home) * p.volume[j]
-                    })
-                    .sum()
-            })
-            .collect();
-        let mut sorted = m.clone();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let least = LEAST_M * sorted.get(n / 2).copied().unwrap_or(1.0);
-        self.inv_m = m.iter().map(|m| 1.0 / m.max(least)).collect::<Vec<_>>().into();
+        let mut m = weighted_volumes(&self.bonds, p.rest, p.volume);
+        if self.law.compensates_surface() {
+            surface::compensate(&mut self.bonds, p.rest, p.volume, &m);
+            // of the new weights: θ is exact for a pure dilatation, and any κ > 0 is stable beside any μ
+            m = weighted_volumes(&self.bonds, p.rest, p.volume);
+        }
+        self.inv_m = m.iter().map(|m| 1.0 / m).collect::<Vec<_>>().into();
         let slots = self.bonds.neighbours.len();
         for column in self.own.iter_mut().chain(&mut self.twin) {
             column.set(vec![0.0; slots]);

@@ -15,6 +15,7 @@ pub mod pose;
 mod rows;
 mod spectrum;
 mod stable;
+mod surface;
 
 use std::sync::atomic::Ordering;
 
