@@ -35,6 +35,11 @@ pub trait Base<const M: usize>: BondLaw<M> {
     const SUMMARY: &'static str;
     /// The parameters of the law, and `matrix`.
     const PARAMETERS: &'static [Parameter];
+
+    /// The law under an influence that depends on the direction of the bond.
+    fn directional(self) -> Self {
+        self
+    }
 }
 
 impl Base<0> for Isotropic {
@@ -49,6 +54,10 @@ impl Base<1> for Plastic {
     const SUMMARY: &'static str = "elastoplastic solid that is stiffer in some directions (Chen et al., Sec. 4.3)";
     const PARAMETERS: &'static [Parameter] =
         &and_matrix::<{ <Self as BondLaw<1>>::PARAMETERS.len() + 1 }>(<Self as BondLaw<1>>::PARAMETERS);
+
+    fn directional(self) -> Self {
+        Plastic::directional(self)
+    }
 }
 
 /// Law `T` with direction-dependent influence.
@@ -63,6 +72,8 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
     const PARAMETERS: &'static [Parameter] = <T as Base<M>>::PARAMETERS;
     const MEMORY: [Column; M] = T::MEMORY;
     const NEEDS_THETA: bool = T::NEEDS_THETA;
+    const NEEDS_NORM: bool = T::NEEDS_NORM;
+    const TALLY: Option<Column> = T::TALLY;
 
     fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError> {
         let g = DMat3::from_cols_array_2d(&p.matrix(MATRIX.name)).transpose();
@@ -73,7 +84,7 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
                 "`matrix` is singular: bonds along one direction would have infinite influence; give an invertible G";
             return Err(ParamError::new(MATRIX.name, message.into()));
         }
-        Ok(Self { base: T::from_params(p, at)?, g })
+        Ok(Self { base: T::from_params(p, at)?.directional(), g })
     }
 
     fn needs_cos(&self) -> bool {
@@ -94,6 +105,15 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
     }
 
     #[inline(always)]
+    fn norm_share<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
+        self.base.norm_share(b, memory)
+    }
+
+    fn tally(&self, norm: f64, inv_m: f64) -> f64 {
+        self.base.tally(norm, inv_m)
+    }
+
+    #[inline(always)]
     fn force<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
         self.base.force(b, memory)
     }
@@ -106,6 +126,12 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
     #[inline(always)]
     fn elastic_extension<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
         self.base.elastic_extension(b, memory)
+    }
+
+    /// ω|ξ| with the ω of Eq. 17, which [`Bond::weight`] is here: no surface correction goes into it.
+    #[inline(always)]
+    fn gauge<L: Lane>(&self, b: &Bond<L>) -> L {
+        b.weight * b.rest
     }
 
     #[inline(always)]

@@ -7,8 +7,9 @@ use glam::DVec3;
 
 use super::pose::{Kernel, Record};
 use crate::bonds::{Bonds, CHUNK};
+use crate::fracture::{Criterion, Opening};
 use crate::lane::Lane;
-use crate::law::{Bond, BondLaw, Criterion};
+use crate::law::{Bond, BondLaw};
 
 /// Everything that a pass reads of a body, as plain slices.
 #[derive(Clone, Copy)]
@@ -18,6 +19,8 @@ pub(super) struct Scene<'a, R> {
     weight: &'a [f32],
     intact: &'a [u8],
     records: &'a [R],
+    /// Norm of every particle; empty while it is being summed, and for laws without.
+    norm: &'a [f64],
 }
 
 /// The remembered numbers of every slot: of its own side, and of the neighbour's. Both are kept in the row, so a pass
@@ -72,7 +75,12 @@ impl<'a, R: Record> Scene<'a, R> {
             weight: &bonds.weight,
             intact: &bonds.intact,
             records,
+            norm: &[],
         }
+    }
+
+    pub fn with_norm(self, norm: &'a [f64]) -> Self {
+        Self { norm, ..self }
     }
 
     /// Chunks of row `i`.
@@ -83,7 +91,7 @@ impl<'a, R: Record> Scene<'a, R> {
 
     /// Bonds of `slot .. slot + WIDTH` as a law sees them from both sides.
     #[inline(always)]
-    fn bond(&self, needs_cos: bool, i: usize, slot: usize) -> Geometry<R::Lane> {
+    fn bond<T: BondLaw<M>, const M: usize>(&self, law: &T, i: usize, slot: usize) -> Geometry<R::Lane> {
         let of = <R::Lane as Lane>::of;
         let home = &self.records[i];
         let g = R::Lane::gather(self.records, &self.neighbours[slot..], home);
@@ -102,9 +110,14 @@ impl<'a, R: Record> Scene<'a, R> {
         // e = |y| − |ξ| without cancellation: (2ξ·du + du·du)/(|y| + |ξ|)
         let two_xi = [g.xi[0] + y[0], g.xi[1] + y[1], g.xi[2] + y[2]];
         let ext = dot(two_xi, g.du) * (length * both);
-        let cos = if needs_cos { dot(g.xi, y) * inv_length / rest } else { of(1.0) };
-        let own = Bond { rest, ext, cos, weight, theta, inv_m };
-        let other = Bond { theta: g.theta, inv_m: g.inv_m, ..own };
+        let cos = if law.needs_cos() { dot(g.xi, y) * inv_length / rest } else { of(1.0) };
+        let (mut own_norm, mut other_norm) = (of(0.0), of(0.0));
+        if T::NEEDS_NORM && !self.norm.is_empty() {
+            own_norm = of(self.norm[i]);
+            other_norm = R::Lane::pick_out(self.norm, &self.neighbours[slot..]);
+        }
+        let own = Bond { rest, ext, cos, weight, theta, inv_m, norm: own_norm };
+        let other = Bond { theta: g.theta, inv_m: g.inv_m, norm: other_norm, ..own };
         Geometry { own, other, y, inv_length, volume: g.volume }
     }
 
@@ -114,11 +127,24 @@ impl<'a, R: Record> Scene<'a, R> {
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law.needs_cos(), i, slot);
+            let g = self.bond(law, i, slot);
             let share = law.dilatation(&g.own) * g.volume;
             sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
         });
         sum.total()
+    }
+
+    /// The norm of row `i`, the root of the sum of the law's shares.
+    #[inline(always)]
+    pub fn norm<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, law: &T, i: usize) -> f64 {
+        let zero = R::Lane::of(0.0);
+        let mut sum = zero;
+        for_each_lane!(self, R, i, |slot, intact| {
+            let g = self.bond(law, i, slot);
+            let share = law.norm_share(&g.own, memory.at(slot).0) * g.volume;
+            sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
+        });
+        sum.total().sqrt()
     }
 
     /// Force density Σ (T_ij − T_ji) V_j [N/m³] on particle `i` (Eq. 2), in the frame of the records. `hit(chunk, bits)`
@@ -135,7 +161,7 @@ impl<'a, R: Record> Scene<'a, R> {
         let zero = R::Lane::of(0.0);
         let mut sum = [zero; 3];
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law.needs_cos(), i, slot);
+            let g = self.bond(law, i, slot);
             let (own, twin) = memory.at(slot);
             // T_ji points the other way, so the pair adds up (Eq. 3); a + b = b + a makes it antisymmetric to the bit
             let pair = (law.force(&g.own, own) + law.force(&g.other, twin)) * (g.volume * g.inv_length);
@@ -144,13 +170,7 @@ impl<'a, R: Record> Scene<'a, R> {
                 sum[k] = sum[k] + pair * g.y[k];
             }
             if C::BREAKS {
-                let elastic = mean_elastic(law, &g, own, twin);
-                let worst = criterion.severity(&g.own, elastic, zero).max(criterion.severity(
-                    &g.own,
-                    elastic,
-                    R::Lane::of(1.0),
-                ));
-                let bits = R::Lane::pack(worst.above(R::Lane::of(1.0))) & intact;
+                let bits = R::Lane::pack(criterion.suspects(&opening(law, &g, own, twin))) & intact;
                 if bits != 0 {
                     hit(slot / CHUNK, bits << (slot % CHUNK));
                 }
@@ -173,13 +193,13 @@ impl<'a, R: Record> Scene<'a, R> {
         let mut out = 0;
         for part in 0..CHUNK / R::Lane::WIDTH {
             let slot = chunk * CHUNK + part * R::Lane::WIDTH;
-            let g = self.bond(law.needs_cos(), i, slot);
+            let g = self.bond(law, i, slot);
             let (own, twin) = memory.at(slot);
             let mut phi = [0.0; CHUNK];
             for l in 0..R::Lane::WIDTH {
                 phi[l] = damage[self.neighbours[slot + l] as usize].max(damage[i]);
             }
-            let severity = criterion.severity(&g.own, mean_elastic(law, &g, own, twin), R::Lane::load(&phi));
+            let severity = criterion.severity(&opening(law, &g, own, twin), R::Lane::load(&phi));
             out |= R::Lane::pack(severity.above(R::Lane::of(1.0))) << (part * R::Lane::WIDTH);
         }
         out
@@ -197,7 +217,7 @@ impl<'a, R: Record> Scene<'a, R> {
         twin: &mut [&mut [f32]; M],
     ) {
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law.needs_cos(), i, slot);
+            let g = self.bond(law, i, slot);
             let mask = R::Lane::unpack(intact);
             let side = |bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
                 let old: [R::Lane; M] = std::array::from_fn(|k| R::Lane::load(&columns[k][slot - base..]));
@@ -216,7 +236,7 @@ impl<'a, R: Record> Scene<'a, R> {
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law.needs_cos(), i, slot);
+            let g = self.bond(law, i, slot);
             let energy = law.bond_energy(&g.own, memory.at(slot).0) * g.volume;
             sum = sum + R::Lane::pick(R::Lane::unpack(intact), energy, zero);
         });
@@ -224,8 +244,15 @@ impl<'a, R: Record> Scene<'a, R> {
     }
 }
 
+/// The mean of both sides: a + b = b + a, so both ends see the same bits.
 #[inline(always)]
-fn mean_elastic<L: Lane, T: BondLaw<M>, const M: usize>(law: &T, g: &Geometry<L>, memory: [L; M], twin: [L; M]) -> L {
+fn opening<L: Lane, T: BondLaw<M>, const M: usize>(
+    law: &T,
+    g: &Geometry<L>,
+    memory: [L; M],
+    twin: [L; M],
+) -> Opening<L> {
     let both = law.elastic_extension(&g.own, memory) + law.elastic_extension(&g.other, twin);
-    both * L::of(0.5)
+    let (half, theta) = (L::of(0.5), g.own.theta + g.other.theta);
+    Opening { rest: g.own.rest, elastic: both * half, gauge: law.gauge(&g.own), theta: theta * half }
 }

@@ -67,7 +67,7 @@ pub(super) fn lag<T: BondLaw<M>, const M: usize>(
         let xi = p.rest[bonds.neighbours[slot] as usize].as_dvec3() - p.rest[i].as_dvec3();
         let de = 1e-6 * xi.length();
         let weight = f64::from(bonds.weight[slot]);
-        let bond = |ext| Bond { rest: xi.length(), ext, cos: 1.0, weight, theta: 0.0, inv_m: inv_m[i] };
+        let bond = |ext| Bond { rest: xi.length(), ext, cos: 1.0, weight, theta: 0.0, inv_m: inv_m[i], norm: 0.0 };
         let mut memory = [0.0; M];
         for swing in 0..64 {
             memory = law.flow(&bond(if swing % 2 == 0 { de } else { -de }), memory, dt);
@@ -98,7 +98,7 @@ pub(super) fn stiffness<T: BondLaw<M>, const M: usize>(
     let at_rest = |i: usize, slot: usize| {
         let xi = p.rest[bonds.neighbours[slot] as usize].as_dvec3() - p.rest[i].as_dvec3();
         let weight = f64::from(bonds.weight[slot]);
-        (xi, Bond { rest: xi.length(), ext: 0.0, cos: 1.0, weight, theta: 0.0, inv_m: inv_m[i] })
+        (xi, Bond { rest: xi.length(), ext: 0.0, cos: 1.0, weight, theta: 0.0, inv_m: inv_m[i], norm: 0.0 })
     };
     let slope = |b: Bond<f64>| {
         let (de, dt) = (1e-6 * b.rest, 1e-6);

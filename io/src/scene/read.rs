@@ -144,8 +144,9 @@ fn chosen(r: &Reader<'_>, word: &str) -> Result<Chosen, SceneError> {
             Node::Text(text) => Value::Word(text.clone()),
             Node::List(_) if flatten(item, &mut numbers) => Value::List(numbers),
             _ => match item.as_number() {
-                Some(x) if x.is_finite() => Value::Number(x),
-                _ => {
+                // not finite: refused with unit and range by the table of the law
+                Some(x) => Value::Number(x),
+                None => {
                     let title = &r.title;
                     let message =
                         format!("`{key}` = {item} in {title} must be a finite number, a word, or a list of numbers");
