@@ -13,6 +13,7 @@ use glam::{DVec3, Vec3};
 
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
+use crate::material::Link;
 
 /// Bond slots in a chunk: the width of the widest lane.
 pub const CHUNK: usize = 8;
@@ -119,6 +120,30 @@ impl Bonds {
     pub fn slots(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
         self.chunks(i)
             .flat_map(move |c| (0..CHUNK).filter(move |l| self.intact[c] >> l & 1 == 1).map(move |l| c * CHUNK + l))
+    }
+
+    /// Breaks the bonds whose bit is set in `marks`, one byte per chunk: updates the damage φ [1] of their rows and
+    /// appends every link once, in order of `i`.
+    pub fn part(&mut self, marks: &[u8], damage: &mut [f32], cuts: &mut Vec<Link>) {
+        let (offsets, neighbours, intact) = (&self.offsets[..], &self.neighbours[..], &mut self.intact[..]);
+        for (i, &family) in self.family.iter().enumerate() {
+            let row = offsets[i] as usize..offsets[i + 1] as usize;
+            if marks[row.clone()].iter().all(|&m| m == 0) {
+                continue;
+            }
+            for chunk in row.clone() {
+                let broken = marks[chunk] & intact[chunk];
+                intact[chunk] &= !broken;
+                for l in (0..CHUNK).filter(|l| broken >> l & 1 == 1) {
+                    let j = neighbours[chunk * CHUNK + l];
+                    if (i as u32) < j {
+                        cuts.push(Link { i: i as u32, j });
+                    }
+                }
+            }
+            let left: u32 = intact[row].iter().map(|b| b.count_ones()).sum();
+            damage[i] = 1.0 - left as f32 / family as f32;
+        }
     }
 
     /// Whether the columns fit each other and `rows` particles, as far as lengths go: what a restored file may get wrong.

@@ -1,7 +1,7 @@
 //! The visible list of materials: a word in a scene file to a built material.
 
-use crate::fracture::CriticalStretch;
-use crate::law::{BondLaw, Criterion, Surroundings, Unbreakable};
+use crate::fracture::{Bulk, Criterion, CriticalStretch, EnergyRelease, TensionShear, Unbreakable};
+use crate::law::{BondLaw, Surroundings};
 use crate::material::Material;
 use crate::params::{ParamError, Parameter, Params, Value, hint};
 use crate::peridynamic::Peridynamic;
@@ -52,7 +52,10 @@ pub struct Registry {
 impl Registry {
     /// Adds a bond law with every criterion of the engine. A law of the same name is replaced.
     pub fn bonds<T: BondLaw<M>, const M: usize>(self) -> Self {
-        self.pair::<T, Unbreakable, M>().pair::<T, CriticalStretch, M>()
+        self.pair::<T, Unbreakable, M>()
+            .pair::<T, CriticalStretch, M>()
+            .pair::<T, EnergyRelease, M>()
+            .pair::<T, TensionShear, M>()
     }
 
     /// Adds a bond law with one criterion, for criteria of your own.
@@ -62,7 +65,8 @@ impl Registry {
             summary: C::SUMMARY,
             parameters: C::PARAMETERS,
             make: |law, criterion, at| {
-                let (law, criterion) = (T::from_params(law, at)?, C::from_params(criterion, at)?);
+                let law = T::from_params(law, at)?;
+                let criterion = C::from_params(criterion, at, &Bulk::of(&law, at.horizon))?;
                 Ok(Box::new(Peridynamic::<T, C, M>::new(law, criterion, at.horizon)))
             },
         };

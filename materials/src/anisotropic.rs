@@ -119,6 +119,12 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
         self.base.elastic_extension(b, memory)
     }
 
+    /// ω|ξ| with the ω of Eq. 17, which [`Bond::weight`] is here: no surface correction goes into it.
+    #[inline(always)]
+    fn gauge<L: Lane>(&self, b: &Bond<L>) -> L {
+        b.weight * b.rest
+    }
+
     #[inline(always)]
     fn bond_energy<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
         self.base.bond_energy(b, memory)

@@ -89,6 +89,12 @@ impl BondLaw<0> for Isotropic {
         b.inv_m * b.weight * (L::of(3.0 * self.kappa - 5.0 * self.mu) * third + L::of(15.0 * self.mu) * b.ext)
     }
 
+    /// ω|ξ| = δ (Eqs. 5, 18, 19).
+    #[inline(always)]
+    fn gauge<L: Lane>(&self, _: &Bond<L>) -> L {
+        L::of(self.delta)
+    }
+
     #[inline(always)]
     fn bond_energy<L: Lane>(&self, b: &Bond<L>, _: [L; 0]) -> L {
         // The deviatoric energy ½ · 15μ/m Σ ω(e − θ|ξ|/3)² V multiplied out: with θ = 3/m Σ ω|ξ|e V it is this, less 5μ/3

@@ -82,6 +82,11 @@ impl BondLaw<1> for Plastic {
         b.ext - if self.as_written { memory[0] } else { self.flowed(b, memory) }
     }
 
+    #[inline(always)]
+    fn gauge<L: Lane>(&self, b: &Bond<L>) -> L {
+        self.elastic.gauge(b)
+    }
+
     /// What elastic unloading gives back; its gradient at given e^p is the force.
     #[inline(always)]
     fn bond_energy<L: Lane>(&self, b: &Bond<L>, memory: [L; 1]) -> L {

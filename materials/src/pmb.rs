@@ -49,20 +49,10 @@ impl BondLaw<0> for Pmb {
         self.taper.share(xi.length(), horizon)
     }
 
-    fn dilatation<L: Lane>(&self, _: &Bond<L>) -> L {
-        L::of(0.0)
-    }
-
     /// Half of the pair force: the other half comes from the other side.
     #[inline(always)]
     fn force<L: Lane>(&self, b: &Bond<L>, _: [L; 0]) -> L {
         L::of(0.5 * self.c) * b.weight * b.ext / b.rest
-    }
-
-    /// e ω, so that a criterion, which divides by ω|ξ|, sees e/|ξ|.
-    #[inline(always)]
-    fn elastic_extension<L: Lane>(&self, b: &Bond<L>, _: [L; 0]) -> L {
-        b.ext * b.weight
     }
 
     /// Half of the pair's ½ c e²/|ξ|.

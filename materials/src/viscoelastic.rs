@@ -76,6 +76,11 @@ impl BondLaw<2> for Viscoelastic {
         [sum, (high - (sum - added)) + (change - added)]
     }
 
+    #[inline(always)]
+    fn gauge<L: Lane>(&self, b: &Bond<L>) -> L {
+        self.elastic.gauge(b)
+    }
+
     /// The two springs: 1 − g along e, g along e − e^v.
     #[inline(always)]
     fn bond_energy<L: Lane>(&self, b: &Bond<L>, [high, low]: [L; 2]) -> L {

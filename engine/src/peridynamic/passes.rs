@@ -7,8 +7,9 @@ use glam::DVec3;
 
 use super::pose::{Kernel, Record};
 use crate::bonds::{Bonds, CHUNK};
+use crate::fracture::{Criterion, Opening};
 use crate::lane::Lane;
-use crate::law::{Bond, BondLaw, Criterion};
+use crate::law::{Bond, BondLaw};
 
 /// Everything that a pass reads of a body, as plain slices.
 #[derive(Clone, Copy)]
@@ -169,13 +170,7 @@ impl<'a, R: Record> Scene<'a, R> {
                 sum[k] = sum[k] + pair * g.y[k];
             }
             if C::BREAKS {
-                let elastic = mean_elastic(law, &g, own, twin);
-                let worst = criterion.severity(&g.own, elastic, zero).max(criterion.severity(
-                    &g.own,
-                    elastic,
-                    R::Lane::of(1.0),
-                ));
-                let bits = R::Lane::pack(worst.above(R::Lane::of(1.0))) & intact;
+                let bits = R::Lane::pack(criterion.suspects(&opening(law, &g, own, twin))) & intact;
                 if bits != 0 {
                     hit(slot / CHUNK, bits << (slot % CHUNK));
                 }
@@ -204,7 +199,7 @@ impl<'a, R: Record> Scene<'a, R> {
             for l in 0..R::Lane::WIDTH {
                 phi[l] = damage[self.neighbours[slot + l] as usize].max(damage[i]);
             }
-            let severity = criterion.severity(&g.own, mean_elastic(law, &g, own, twin), R::Lane::load(&phi));
+            let severity = criterion.severity(&opening(law, &g, own, twin), R::Lane::load(&phi));
             out |= R::Lane::pack(severity.above(R::Lane::of(1.0))) << (part * R::Lane::WIDTH);
         }
         out
@@ -249,8 +244,15 @@ impl<'a, R: Record> Scene<'a, R> {
     }
 }
 
+/// The mean of both sides: a + b = b + a, so both ends see the same bits.
 #[inline(always)]
-fn mean_elastic<L: Lane, T: BondLaw<M>, const M: usize>(law: &T, g: &Geometry<L>, memory: [L; M], twin: [L; M]) -> L {
+fn opening<L: Lane, T: BondLaw<M>, const M: usize>(
+    law: &T,
+    g: &Geometry<L>,
+    memory: [L; M],
+    twin: [L; M],
+) -> Opening<L> {
     let both = law.elastic_extension(&g.own, memory) + law.elastic_extension(&g.other, twin);
-    both * L::of(0.5)
+    let (half, theta) = (L::of(0.5), g.own.theta + g.other.theta);
+    Opening { rest: g.own.rest, elastic: both * half, gauge: law.gauge(&g.own), theta: theta * half }
 }
