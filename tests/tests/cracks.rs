@@ -124,7 +124,7 @@ fn crack_speed(world: &mut World) -> f64 {
 fn a_crack_runs_slower_than_surface_waves() {
     let Solid { young, poisson, density, .. } = GLASS;
     let rayleigh = (0.862 + 1.14 * poisson) / (1.0 + poisson) * (young / (2.0 + 2.0 * poisson) / density).sqrt();
-    // measured .566 and .867, and .566 also at 80 rows; 1 − G₀/G would be .5 and .667 in a plate without end
+    // measured .547, .867 and .554, and .566 at 80 rows; 1 − G₀/G would be .5 and .667 in a plate without end
     for (rows, excess) in [(40, 2.0), (40, 3.0), (60, 2.0)] {
         let speed = crack_speed(&mut strip(rows, excess)) / rayleigh;
         println!("{rows} rows, {excess} times the energy of a crack: {speed:.3} of the speed of Rayleigh's wave");
@@ -144,7 +144,7 @@ fn a_crack_stands_where_less_is_stored_than_it_costs() {
 }
 
 #[test]
-#[ignore = "55 000 particles, half a minute"]
+#[ignore = "54 000 particles, half a minute"]
 fn a_crack_under_tension_branches() {
     let (height, stress) = (0.04, 2e6);
     let spacing = 1e-3 / FAMILY;
@@ -205,6 +205,6 @@ fn kalthoff_and_winkler_see_cracks_turn_away_by_seventy_degrees() {
         let way = ways.max_by(|a, b| a.length().total_cmp(&b.length())).expect("a crack");
         let degrees = way.y.atan2(way.x).to_degrees();
         println!("turned by {degrees:.1}° over {:.1} mm", 1e3 * way.length());
-        assert!((degrees - 70.0).abs() < 5.0 && way.length() > 0.02); // measured DEG
+        assert!((degrees - 70.0).abs() < 5.0 && way.length() > 0.02); // measured 71.6° over 33 mm
     }
 }
