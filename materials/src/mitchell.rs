@@ -98,7 +98,7 @@ impl BondLaw<1> for Mitchell {
         [self.flowed(b, memory)]
     }
 
-    /// e − e^p, after the return; ω = 1, so a criterion sees it over |ξ|.
+    /// e − e^p, after the return.
     #[inline(always)]
     fn elastic_extension<L: Lane>(&self, b: &Bond<L>, memory: [L; 1]) -> L {
         b.ext - self.flowed(b, memory)
