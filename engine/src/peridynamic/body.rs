@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
+use super::parts::{Criteria, Laws, Regions};
 use super::passes::{Memory, Scene};
 use super::pose::{Record, Record32, Record64};
 use super::rows::{PerChunk, in_blocks};
@@ -27,7 +28,9 @@ const LEAST_M: f64 = 0.1;
 
 /// The bonds of a body and their law `T` with `M` remembered numbers.
 pub(super) struct Body<T, const M: usize> {
-    pub law: T,
+    /// One, or one per region.
+    laws: Vec<T>,
+    pub regions: Regions,
     horizon: f64,
     pub bonds: Bonds,
     /// One over the weighted volume m_i [1/m⁵], frozen when bonds break.
@@ -48,9 +51,10 @@ pub(super) struct Scratch {
 }
 
 impl<T: BondLaw<M>, const M: usize> Body<T, M> {
-    pub fn new(law: T, horizon: f64) -> Self {
+    pub fn new(laws: Vec<T>, regions: Regions, horizon: f64) -> Self {
         Self {
-            law,
+            laws,
+            regions,
             horizon,
             bonds: Bonds::default(),
             inv_m: Buffer::default(),
@@ -60,12 +64,16 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         }
     }
 
+    pub fn laws(&self) -> Laws<'_, T, M> {
+        Laws::new(&self.laws, &self.regions)
+    }
+
     pub fn memory(&self) -> Memory<'_, M> {
         Memory { own: self.own.each_ref().map(|b| &b[..]), twin: self.twin.each_ref().map(|b| &b[..]) }
     }
 
     fn frame(&self, p: &BodyParticles<'_>) -> Frame {
-        if self.law.needs_cos() { Frame::moved(p) } else { Frame::fit(p) }
+        if self.laws().needs_cos() { Frame::moved(p) } else { Frame::fit(p) }
     }
 
     fn pose<R: Record>(inv_m: &[f64], p: &BodyParticles<'_>, frame: &Frame, records: &mut [R]) {
@@ -76,11 +84,11 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
     }
 
     /// θ of every particle, into `theta` and the records.
-    fn dilate<R: Record>(law: &T, bonds: &Bonds, records: &mut [R], theta: &mut [f64]) {
+    fn dilate<R: Record>(laws: Laws<'_, T, M>, bonds: &Bonds, records: &mut [R], theta: &mut [f64]) {
         let scene = Scene::new(bonds, records);
         in_blocks(0..theta.len(), &mut *theta, &|rows, theta: &mut [f64]| {
             for (theta, i) in theta.iter_mut().zip(rows) {
-                *theta = scene.dilatation(law, i);
+                *theta = scene.dilatation(laws, i);
             }
         });
         records.par_iter_mut().zip(&*theta).with_min_len(1024).for_each(|(r, &t)| r.set_theta(t));
@@ -94,7 +102,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         s.theta.resize(p.len(), 0.0);
         Self::pose(&self.inv_m, p, &frame, &mut s.records);
         if with_theta {
-            Self::dilate(&self.law, &self.bonds, &mut s.records, &mut s.theta);
+            Self::dilate(Laws::new(&self.laws, &self.regions), &self.bonds, &mut s.records, &mut s.theta);
         }
         frame
     }
@@ -106,7 +114,16 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
                 return Err(BuildError::NotPositive { particle, what, value: column[particle] });
             }
         }
-        self.bonds = Bonds::new(&g.families, p.rest, |_, xi| self.law.influence(xi, self.horizon));
+        let (laws, regions) = (&self.laws, &self.regions.rows[..]);
+        let (bonds, chunks) = Bonds::grouped(&g.families, p.rest, regions, |i, j, xi| {
+            let middle = 0.5 * (p.rest[i].as_dvec3() + p.rest[j].as_dvec3());
+            let of = |region: u8| laws[usize::from(region)].influence_at(middle, xi, self.horizon);
+            match (regions.get(i), regions.get(j)) {
+                (Some(&a), Some(&b)) if a != b => 0.5 * (of(a) + of(b)),
+                (region, _) => of(region.copied().unwrap_or(0)),
+            }
+        });
+        (self.bonds, self.regions.chunks) = (bonds, chunks.into());
         drop(g.families);
         let bonds = &self.bonds;
         let m: Vec<f64> = (0..n)
@@ -134,7 +151,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
     }
 
     pub fn stable_dt(&self, p: &BodyParticles<'_>) -> f64 {
-        stable::largest_step::<T, M>(&self.law, &self.bonds, &self.inv_m, p)
+        stable::largest_step(self.laws(), &self.bonds, &self.inv_m, p)
     }
 
     pub fn flow(&mut self, dt: f64) {
@@ -142,7 +159,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             return;
         }
         let scene = Scene::new(&self.bonds, &self.scratch.records);
-        let (law, offsets) = (&self.law, &self.bonds.offsets[..]);
+        let (laws, offsets) = (Laws::new(&self.laws, &self.regions), &self.bonds.offsets[..]);
         let slots = |b| PerChunk::<f32, CHUNK> { values: b, offsets };
         let own = self.own.each_mut().map(|b| slots(&mut b[..]));
         let twin = self.twin.each_mut().map(|b| slots(&mut b[..]));
@@ -150,21 +167,21 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             let base = scene.chunks(rows.start).start * CHUNK;
             let (mut own, mut twin) = (own.map(|c| c.values), twin.map(|c| c.values));
             for i in rows {
-                scene.flow(law, i, dt, base, &mut own, &mut twin);
+                scene.flow(laws, i, dt, base, &mut own, &mut twin);
             }
         });
     }
 
     pub fn energy(&mut self, p: &BodyParticles<'_>) -> Option<f64> {
-        if !self.law.has_energy() {
+        if !self.laws.iter().all(T::has_energy) {
             return None;
         }
         self.prepare(p, T::NEEDS_THETA);
         let scene = Scene::new(&self.bonds, &self.scratch.records);
-        let memory = self.memory();
+        let (memory, laws) = (self.memory(), self.laws());
         let density: Vec<f64> = (0..p.len())
             .into_par_iter()
-            .map(|i| scene.energy(&memory, &self.law, i) + self.law.theta_energy(self.scratch.theta[i]))
+            .map(|i| scene.energy(&memory, laws, i) + laws.own(i).theta_energy(self.scratch.theta[i]))
             .collect();
         Some(density.iter().zip(p.volume).map(|(w, v)| w * v).sum())
     }
@@ -175,11 +192,12 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         let mut records = vec![Record64::default(); p.len()];
         Self::pose(&self.inv_m, p, &frame, &mut records);
         if T::NEEDS_THETA {
-            Self::dilate(&self.law, &self.bonds, &mut records, &mut vec![0.0; p.len()]);
+            Self::dilate(self.laws(), &self.bonds, &mut records, &mut vec![0.0; p.len()]);
         }
         let (scene, memory) = (Scene::new(&self.bonds, &records), self.memory());
         let rows = (0..p.len()).into_par_iter();
-        Some(rows.map(|i| scene.force(&memory, &self.law, &Unbreakable, i, |_, _| ())).collect())
+        let (laws, none) = (self.laws(), Criteria::new(&[Unbreakable], &self.regions));
+        Some(rows.map(|i| scene.force(&memory, laws, none, i, |_, _| ())).collect())
     }
 
     pub fn visit(&mut self, scope: &str, v: &mut Visitor<'_>) {
@@ -189,6 +207,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             &Column::frozen("inverse_weighted_volume", "1/m^5", Of::Particle),
             &mut self.inv_m,
         );
+        if T::SEVERAL {
+            self.regions.visit(scope, v);
+        }
         for (column, buffer) in T::MEMORY.iter().zip(&mut self.own) {
             v(&format!("{scope}/memory"), column, buffer);
         }

@@ -9,7 +9,8 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use crate::bonds::Bonds;
+use super::parts::Laws;
+use crate::bonds::{Bonds, CHUNK};
 use crate::law::{Bond, BondLaw};
 use crate::particles::BodyParticles;
 
@@ -21,7 +22,7 @@ struct Slope {
 
 /// The step [s]; infinite if nothing resists.
 pub(super) fn largest_step<T: BondLaw<M>, const M: usize>(
-    law: &T,
+    laws: Laws<'_, T, M>,
     bonds: &Bonds,
     inv_m: &[f64],
     p: &BodyParticles<'_>,
@@ -31,7 +32,7 @@ pub(super) fn largest_step<T: BondLaw<M>, const M: usize>(
         let weight = f64::from(bonds.weight[slot]);
         (xi, Bond { rest: xi.length(), ext: 0.0, cos: 1.0, weight, theta: 0.0, inv_m: inv_m[i] })
     };
-    let slope = |b: Bond<f64>| {
+    let slope = |law: &T, b: Bond<f64>| {
         let (de, dt) = (1e-6 * b.rest, 1e-6);
         let t = |b: Bond<f64>| law.force(&b, [0.0; M]);
         let c = (t(Bond { ext: de, ..b }) - t(Bond { ext: -de, ..b })) / (2.0 * de);
@@ -45,6 +46,7 @@ pub(super) fn largest_step<T: BondLaw<M>, const M: usize>(
             let share = |slot: usize| {
                 let (_, b) = at_rest(i, slot);
                 let de = 1e-6 * b.rest;
+                let law = laws.own(i);
                 let g = law.dilatation(&Bond { ext: de, ..b }) - law.dilatation(&Bond { ext: -de, ..b });
                 g / (2.0 * de) * p.volume[bonds.neighbours[slot] as usize]
             };
@@ -56,7 +58,8 @@ pub(super) fn largest_step<T: BondLaw<M>, const M: usize>(
         for slot in bonds.slots(i) {
             let j = bonds.neighbours[slot] as usize;
             let (xi, own) = at_rest(i, slot);
-            let (here, there) = (slope(own), slope(Bond { inv_m: inv_m[j], ..own }));
+            let here = slope(laws.own(i), own);
+            let there = slope(laws.other(slot / CHUNK), Bond { inv_m: inv_m[j], ..own });
             let n = xi / own.rest;
             let stiffness = here.c + there.c + here.p * gain[i] + there.p * gain[j];
             k += DMat3::from_cols(n * n.x, n * n.y, n * n.z) * (stiffness * p.volume[i] * p.volume[j]);
