@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use fissure_engine::{Kind, Parameter, Phase, Registry};
+use fissure_engine::{Kind, Parameter, Phase, Reaction, Registry, StepError};
 use fissure_io::checkpoint::{About, Store};
 use fissure_io::frames::Frame;
 use fissure_io::scene::{Chosen, Scene};
@@ -217,9 +217,10 @@ impl Driver {
         folder: RunFolder,
         log: Log,
         scene: Scene,
-        simulation: Simulation,
+        mut simulation: Simulation,
         options: &RunArgs,
     ) -> Result<Self, Error> {
+        simulation.world.interrupt = Some(&INTERRUPTED);
         let dt = simulation.world.dt;
         let steps = |time: f64| ((time / dt).round() as u64).max(1);
         let store = folder.store(scene.output.keep)?;
@@ -279,8 +280,22 @@ impl Driver {
             }
         }
         let dt = self.simulation.world.dt;
-        let how = if self.scene.dt.is_some() { "as given" } else { "from the stable step" };
-        self.log.say(&format!("{} steps of {dt:.3e} s ({how})", self.last));
+        let relax = self.simulation.world.relaxes();
+        let how = match relax {
+            _ if self.scene.dt.is_some() => "as given",
+            Some(_) => "one a frame",
+            None => "from the stable step",
+        };
+        let integrator = self.scene.integrator.name();
+        self.log.say(&format!("{} steps of {dt:.3e} s ({how}), {integrator}", self.last));
+        if let Some(relax) = relax {
+            let sentence = format!(
+                "every step is an equilibrium: unbalanced force below {:.1e} of the load, in at most {} iterations",
+                relax.residual, relax.iterations
+            );
+            self.log.say(&sentence);
+            return Ok(());
+        }
         let stable = self.simulation.world.stable_dt();
         if dt > stable {
             self.log
@@ -301,6 +316,9 @@ impl Driver {
             }
             let before = (Instant::now(), self.simulation.world.profile.total());
             if let Err(error) = self.simulation.step() {
+                if matches!(error, StepError::Interrupted { .. }) {
+                    break;
+                }
                 progress.finish();
                 self.log.tell(&error.to_string(), &json!({ "event": "error", "text": error.to_string() }));
                 let checkpoint = self.checkpoint()?;
@@ -359,7 +377,16 @@ impl Driver {
             bonds / 2,
             counted(pieces as usize, "fragment")
         );
+        let sentence = if world.relaxes().is_some() && world.step > 0 {
+            let relaxed = world.relaxed;
+            let (n, residual) = (relaxed.iterations, relaxed.residual);
+            let rounding = if relaxed.at_rounding { " (rounding)" } else { "" };
+            format!("{sentence}, equilibrium in {n} iterations to {residual:.1e}{rounding} of the load")
+        } else {
+            sentence
+        };
         let event = json!({
+            "iterations": world.relaxed.iterations, "residual": world.relaxed.residual,
             "event": "frame", "frame": frame.number, "step": world.step, "time": world.time,
             "kinetic": energies.kinetic, "elastic": energies.elastic, "gravity": energies.gravity,
             "bonds": bonds / 2, "broken": broken / 2, "fragments": pieces,
@@ -388,9 +415,10 @@ impl Driver {
 
     /// The closing lines.
     fn conclude(&mut self, outcome: Outcome, wall: Duration, steps: u64) {
-        let world = &self.simulation.world;
-        let (bonds, broken) = world.bond_counts();
         let pieces = self.simulation.fragments().1;
+        let world = &mut self.simulation.world;
+        let reactions = if world.anchors.is_empty() { Vec::new() } else { world.reactions() };
+        let (bonds, broken) = world.bond_counts();
         let dir = self.folder.dir().display().to_string();
         let (seconds, n) = (wall.as_secs_f64(), steps.max(1) as f64);
         let per_bond = world.profile.total().as_secs_f64() / n / bonds.max(1) as f64 * 1e9;
@@ -413,9 +441,10 @@ impl Driver {
         let event = json!({
             "event": "end", "outcome": format!("{outcome:?}").to_lowercase(), "step": world.step, "time": world.time,
             "seconds": seconds, "ns_per_bond": per_bond, "bonds": bonds / 2, "broken": broken / 2, "fragments": pieces,
+            "reactions": reactions.iter().map(told).collect::<Vec<_>>(),
             "spent": parts.iter().map(|p| (p.0.clone(), p.1.as_secs_f64().into())).collect::<serde_json::Map<_, _>>(),
         });
-        let lines = [
+        let mut lines = vec![
             how,
             format!(
                 "{steps} steps in {seconds:.1} s, {:.3} ms a step, {per_bond:.2} ns per directed bond",
@@ -424,8 +453,22 @@ impl Driver {
             format!("time: {}", shares.join(", ")),
             format!("{} of {} bonds broken, {}", broken / 2, bonds / 2, counted(pieces, "fragment")),
         ];
+        lines.extend(reactions.iter().map(sentence));
         self.log.close(&lines.join("\n"), &event);
     }
+}
+
+/// What holding takes, for people.
+fn sentence(r: &Reaction) -> String {
+    let list = |v: glam::DVec3| v.to_array().map(|x| format!("{x:.4e}")).join(", ");
+    let (force, torque, centre) = (list(r.force), list(r.torque), list(r.centre));
+    format!("anchor {}: holding takes a force of ({force}) N and a torque of ({torque}) N m about ({centre})", r.anchor)
+}
+
+/// What holding takes, for programs.
+fn told(r: &Reaction) -> serde_json::Value {
+    let (force, torque, centre) = (r.force.to_array(), r.torque.to_array(), r.centre.to_array());
+    json!({ "anchor": r.anchor, "force": force, "torque": torque, "about": centre })
 }
 
 /// A law or criterion with what the scene gives and what it leaves at its default.

@@ -7,7 +7,8 @@
 //! ```
 //! Both directions of a bond are stored and a row is written by its own particle only, so no pass needs atomics. A
 //! broken bond only loses its bit: neighbours and weights never change, and a checkpoint stores one bit per bond.
-//! Padding slots point at their own particle and have no bit.
+//! Padding slots point at their own particle and have no bit. In a body of several regions a row is ordered by the region
+//! of the neighbour and padded region by region, so that a chunk holds neighbours of one region only.
 
 use glam::{DVec3, Vec3};
 
@@ -131,6 +132,14 @@ impl Bonds {
     #[inline(always)]
     pub fn chunks(&self, i: usize) -> std::ops::Range<usize> {
         self.offsets[i] as usize..self.offsets[i + 1] as usize
+    }
+
+    /// Slots of row `i` that have a bond, also where it is broken.
+    #[inline(always)]
+    pub fn built(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        let row = self.offsets[i] as usize * CHUNK..self.offsets[i + 1] as usize * CHUNK;
+        // padding, which comes between the regions of the neighbours too, points at the particle itself
+        row.filter(move |&slot| self.neighbours[slot] as usize != i)
     }
 
     /// Slots of row `i` whose bond holds.

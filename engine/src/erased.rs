@@ -29,6 +29,8 @@ pub trait LawIn<L>: Send + Sync {
 #[allow(missing_docs)] // as in `BondLaw`
 pub trait DynLaw: LawIn<f32> + LawIn<f64> + LawIn<wide::f32x8> {
     fn memory(&self) -> usize;
+    fn counts_as_a_family(&self) -> bool;
+    fn compensates_surface(&self) -> bool;
     fn needs_cos(&self) -> bool;
     fn has_energy(&self) -> bool;
     fn influence(&self, middle: DVec3, xi: DVec3, horizon: f64) -> f64;
@@ -77,6 +79,12 @@ fn first<L: Copy, const M: usize>(memory: &[L]) -> [L; M] {
 impl<T: BondLaw<M>, const M: usize> DynLaw for Kept<T, M> {
     fn memory(&self) -> usize {
         M
+    }
+    fn counts_as_a_family(&self) -> bool {
+        T::NEEDS_NORM || T::TALLY.is_some()
+    }
+    fn compensates_surface(&self) -> bool {
+        self.0.compensates_surface()
     }
     fn needs_cos(&self) -> bool {
         self.0.needs_cos()
@@ -148,6 +156,9 @@ impl<const M: usize> BondLaw<M> for AnyLaw<M> {
     }
     fn influence_at(&self, middle: DVec3, xi: DVec3, horizon: f64) -> f64 {
         self.0.influence(middle, xi, horizon)
+    }
+    fn compensates_surface(&self) -> bool {
+        self.0.compensates_surface()
     }
     fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
         L::law(&*self.0).dilatation(b)

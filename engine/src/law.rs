@@ -19,12 +19,15 @@ pub struct Bond<L> {
     pub ext: L,
     /// Λ = ŷ·ξ̂, the cosine between deformed and rest bond; 1 unless the law says [`BondLaw::needs_cos`].
     pub cos: L,
-    /// Influence ω [1] (Eq. 5).
+    /// Influence ω [1] (Eq. 5); times a factor near surfaces for a law with [`BondLaw::compensates_surface`].
     pub weight: L,
     /// Dilatation θ_i [1] of the particle whose side this is (Eq. 6); 0 while θ itself is being summed.
     pub theta: L,
     /// One over the weighted volume m_i = Σ ω |ξ|² V [m⁵].
     pub inv_m: L,
+    /// √(Σ_j norm_share · V_j) of the particle whose side this is, for a law with [`BondLaw::NEEDS_NORM`]; 0 for all others
+    /// and while it is itself being summed.
+    pub norm: L,
 }
 
 /// What a law knows about its body when it is built.
@@ -51,6 +54,10 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     /// Whether the law reads [`Bond::theta`]. A bond-based law says no and saves a pass; its `dilatation` then only serves
     /// criteria.
     const NEEDS_THETA: bool = true;
+    /// Whether the law reads [`Bond::norm`], as one does that yields on the norm of a whole family. It costs a pass more.
+    const NEEDS_NORM: bool = false;
+    /// A number that every particle adds up and no force reads, a multiplier or a work; it survives restarts.
+    const TALLY: Option<Column> = None;
 
     /// Whether a body has one of these per region; only [`AnyLaw`](crate::erased::AnyLaw) says so.
     #[doc(hidden)]
@@ -84,11 +91,29 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
         self.influence(xi, horizon)
     }
 
+    /// Whether the frozen weights get pair factors that give cut-off families near surfaces back the stiffness of full
+    /// ones. Then [`Bond::weight`] is ω times that factor (0.5 to 1.9, 1 inside), and a law that wants ω itself computes
+    /// it from [`Bond::rest`]. For laws whose [`influence`](Self::influence) depends on |ξ| only.
+    fn compensates_surface(&self) -> bool {
+        false
+    }
+
     /// This bond's share of the dilatation: θ_i = Σ_j dilatation · V_j, so its unit is 1/m³. Default 3/m · ω|ξ|e, that of
     /// the linear peridynamic solid.
     #[inline(always)]
     fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
         L::of(3.0) * b.inv_m * b.weight * b.rest * b.ext
+    }
+
+    /// This bond's share of the squared norm of its family: norm_i = √(Σ_j norm_share · V_j). Of the memory before the flow,
+    /// and of θ; the unit is the law's own, best such that the norm is a pure number.
+    fn norm_share<L: Lane>(&self, _b: &Bond<L>, _memory: [L; M]) -> L {
+        L::of(0.0)
+    }
+
+    /// What a particle adds to its [`TALLY`](Self::TALLY) in a step, from its norm before the flow and its 1/m [1/m⁵].
+    fn tally(&self, _norm: f64, _inv_m: f64) -> f64 {
+        0.0
     }
 
     /// T_ij [N/m⁶], positive in tension. `memory` is that before the flow of this step: a plastic law returns the force

@@ -53,6 +53,12 @@ pub trait Material: Send + Sync {
     /// Largest stable time step [s]; infinite for position-based bodies.
     fn stable_dt(&self, p: &BodyParticles<'_>) -> f64;
 
+    /// What resists the displacement of each particle in its rest shape [N/m], or more; a step of dt is stable where
+    /// 2 m/dt² is above it. Empty for position-based bodies, which cannot be [relaxed](crate::Relax).
+    fn stiffness(&self, _p: &BodyParticles<'_>) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// Adds to `dv` [m/s] what deformation does in `dt` [s]: h·f/ρ for forces. Changes no state: evaluating twice gives
     /// the same bits.
     fn respond(&mut self, p: &BodyParticles<'_>, dt: f64, dv: &mut [DVec3]);

@@ -153,6 +153,11 @@ impl Params {
         self.value(key).is_some()
     }
 
+    /// The first of `keys` that the scene gives, else the first: where a sentence about all of them points to.
+    pub fn given_of<'k>(&self, keys: &[&'k str]) -> &'k str {
+        keys.iter().find(|key| self.has(key)).unwrap_or(&keys[0])
+    }
+
     /// A number: the one given, or its default.
     ///
     /// # Panics

@@ -2,7 +2,9 @@
 //!
 //! A bond between two regions carries half of the force that each law asks for, as every bond does from its two sides; its
 //! influence is the mean of both laws'. It breaks where the more severe of both criteria says so, at a share of that: the
-//! strength of the interface. All laws of a body share the horizon.
+//! strength of the interface. All laws of a body share the horizon. Surfaces are compensated
+//! ([`BondLaw::compensates_surface`](crate::BondLaw::compensates_surface)) if every law asks for it: the factor belongs to the
+//! whole body's geometry.
 
 use crate::erased::{AnyCriterion, AnyLaw, MOST_MEMORY, Part};
 use crate::law::Surroundings;
@@ -65,6 +67,10 @@ impl Registry {
             (fracture.part)(&params, &limits, at).map_err(|e| (k, e))
         };
         let parts = parts.iter().enumerate().map(make).collect::<Result<Vec<Part>, _>>()?;
+        if let Some(k) = parts.iter().position(|p| p.law.counts_as_a_family()) {
+            let message = "this law sums over whole families, which a body of several regions does not do; give it a body of its own";
+            return Err((k, ParamError::new("law", message.into())));
+        }
         let memory = parts.iter().map(|p| p.law.memory()).enumerate().max_by_key(|(_, m)| *m);
         let h = at.horizon;
         Ok(match memory.expect("a body has a region") {

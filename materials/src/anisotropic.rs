@@ -56,6 +56,11 @@ pub trait Base<const M: usize>: BondLaw<M> {
     const SUMMARY: &'static str;
     /// The parameters of the law, and [`OWN`].
     const PARAMETERS: &'static [Parameter];
+
+    /// The law under an influence that depends on the direction of the bond.
+    fn directional(self) -> Self {
+        self
+    }
 }
 
 impl Base<0> for Isotropic {
@@ -70,6 +75,10 @@ impl Base<1> for Plastic {
     const SUMMARY: &'static str = "elastoplastic solid that is stiffer in some directions (Chen et al., Sec. 4.3)";
     const PARAMETERS: &'static [Parameter] =
         &and_own::<{ <Self as BondLaw<1>>::PARAMETERS.len() + OWN.len() }>(<Self as BondLaw<1>>::PARAMETERS);
+
+    fn directional(self) -> Self {
+        Plastic::directional(self)
+    }
 }
 
 /// Law `T` with direction-dependent influence.
@@ -108,6 +117,8 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
     const PARAMETERS: &'static [Parameter] = <T as Base<M>>::PARAMETERS;
     const MEMORY: [Column; M] = T::MEMORY;
     const NEEDS_THETA: bool = T::NEEDS_THETA;
+    const NEEDS_NORM: bool = T::NEEDS_NORM;
+    const TALLY: Option<Column> = T::TALLY;
 
     fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError> {
         let g = DMat3::from_cols_array_2d(&p.matrix("matrix")).transpose();
@@ -127,7 +138,7 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
             "spherical" => Field::Spherical(axis, centre),
             _ => Field::Uniform,
         };
-        Ok(Self { base: T::from_params(p, at)?, g, field })
+        Ok(Self { base: T::from_params(p, at)?.directional(), g, field })
     }
 
     fn needs_cos(&self) -> bool {
@@ -149,6 +160,15 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
     #[inline(always)]
     fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
         self.base.dilatation(b)
+    }
+
+    #[inline(always)]
+    fn norm_share<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
+        self.base.norm_share(b, memory)
+    }
+
+    fn tally(&self, norm: f64, inv_m: f64) -> f64 {
+        self.base.tally(norm, inv_m)
     }
 
     #[inline(always)]

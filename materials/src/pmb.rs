@@ -35,7 +35,7 @@ impl BondLaw<0> for Pmb {
             (None, Some(young)) => young / 1.5, // E = 3κ(1 − 2ν)
             _ => {
                 let message = "give either `bulk_modulus` or `young_modulus` [Pa]; Poisson's ratio is 1/4";
-                return Err(ParamError::new(moduli::BULK.name, message.into()));
+                return Err(ParamError::new(p.given_of(&[moduli::BULK.name, moduli::YOUNG.name]), message.into()));
             }
         };
         Ok(Self { c: 18.0 * kappa / (PI * at.horizon.powi(4)), taper: Taper::from_params(p) })

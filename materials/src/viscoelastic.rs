@@ -50,6 +50,10 @@ impl BondLaw<2> for Viscoelastic {
         Ok(Self { elastic, share: p.number("relaxing_share"), time: p.number("relaxation_time") })
     }
 
+    fn compensates_surface(&self) -> bool {
+        true
+    }
+
     fn has_energy(&self) -> bool {
         true
     }

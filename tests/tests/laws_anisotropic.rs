@@ -40,7 +40,7 @@ fn stiffness(law: &Anisotropic<Isotropic>, f: DMat3, strain: f64) -> f64 {
     let m: f64 = family.iter().map(|xi| law.influence(*xi, 1.0) * xi.length_squared() * volume).sum();
     let bond = |xi: &DVec3, theta: f64| {
         let (rest, weight) = (xi.length(), law.influence(*xi, 1.0));
-        Bond { rest, ext: (f * *xi - *xi).dot(*xi) / rest, cos: 1.0, weight, theta, inv_m: 1.0 / m }
+        Bond { rest, ext: (f * *xi - *xi).dot(*xi) / rest, cos: 1.0, weight, theta, inv_m: 1.0 / m, norm: 0.0 }
     };
     let theta: f64 = family.iter().map(|xi| law.dilatation(&bond(xi, 0.0)) * volume).sum();
     let bonds: f64 = family.iter().map(|xi| law.bond_energy(&bond(xi, theta), []) * volume).sum();
@@ -134,7 +134,8 @@ fn around_plasticity_it_yields_at_the_same_force() {
     let solid =
         law::<Anisotropic<Plastic>, 1>(&[("yield_stretch", Value::Number(2e-3)), matrix(&[1.0, 1.0, 2.0])]).unwrap();
     for xi in [DVec3::X * 0.4, DVec3::Z * 0.4, DVec3::new(0.1, 0.2, -0.3)] {
-        let bond = |weight: f64| Bond { rest: xi.length(), ext: 0.05, cos: 1.0, weight, theta: 0.0, inv_m: 1.0 };
+        let bond =
+            |weight: f64| Bond { rest: xi.length(), ext: 0.05, cos: 1.0, weight, theta: 0.0, inv_m: 1.0, norm: 0.0 };
         let g = DMat3::from_diagonal(DVec3::new(1.0, 1.0, 2.0));
         let weight = solid.influence(xi, 1.0);
         assert!((weight - 1.0 / (g * xi).length()).abs() < 1e-15); // Eq. 17

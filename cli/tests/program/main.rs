@@ -5,11 +5,13 @@
 //! | `running` | what a run leaves, what it says, the same bits on any number of threads |
 //! | `resuming` | stopped, interrupted or killed, then resumed: the same bytes as never stopped |
 //! | `commands` | `info`, `mesh`, `materials`, `render` |
+//! | `parameters` | bad values of laws and criteria: file, line, key, unit and range |
 //! | `refusing` | bad input: one sentence, exit code 2, nothing half-written |
 //! | `meshes` | meshes that other people made (`FISSURE_MESHES`) |
 
 mod commands;
 mod meshes;
+mod parameters;
 mod refusing;
 mod resuming;
 mod running;

@@ -86,7 +86,8 @@ fn family<T: BondLaw<M>, const M: usize>(law: &T, horizon: f64) -> (f64, Vec<Nod
     }
     let m = 2.0 * nodes.iter().map(|n| n.weight * n.xi.length_squared() * n.volume).sum::<f64>();
     for n in &mut nodes {
-        let at_rest = Bond { rest: n.xi.length(), ext: 0.0, cos: 1.0, weight: n.weight, theta: 0.0, inv_m: 1.0 / m };
+        let at_rest =
+            Bond { rest: n.xi.length(), ext: 0.0, cos: 1.0, weight: n.weight, theta: 0.0, inv_m: 1.0 / m, norm: 0.0 };
         let step = SMALL * at_rest.rest;
         let slope = |f: &dyn Fn(f64) -> f64, step: f64| (f(step) - f(-step)) / (2.0 * step);
         n.c = slope(&|ext| law.force(&Bond { ext, ..at_rest }, [0.0; M]), step);

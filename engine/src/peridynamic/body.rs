@@ -10,7 +10,7 @@ use super::parts::{Criteria, Laws, Regions};
 use super::passes::{Memory, Scene};
 use super::pose::{Record, Record32, Record64};
 use super::rows::{PerChunk, in_blocks};
-use super::stable;
+use super::{stable, surface};
 use crate::bonds::{Bonds, CHUNK};
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
@@ -19,7 +19,7 @@ use crate::frame::Frame;
 use crate::law::BondLaw;
 use crate::material::{BuildError, Geometry};
 use crate::particles::BodyParticles;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// The weighted volume that a particle is normalised by is at least this share of the body's median. A corner has an
 /// eighth. Less is a splinter with one or two neighbours, whose bonds would carry the stiffness of a whole family and
@@ -37,6 +37,8 @@ pub(super) struct Body<T, const M: usize> {
     inv_m: Buffer<f64>,
     own: [Buffer<f32>; M],
     twin: [Buffer<f32>; M],
+    /// What the law counts per particle, if it does.
+    tally: Buffer<f64>,
     pub scratch: Scratch,
 }
 
@@ -45,9 +47,29 @@ pub(super) struct Body<T, const M: usize> {
 pub(super) struct Scratch {
     pub records: Vec<Record32>,
     pub theta: Vec<f64>,
+    /// Norm of every particle before the flow; empty where the law needs none.
+    pub norm: Vec<f64>,
     /// Bonds that might break, one bit per slot of a chunk.
     pub marks: Vec<u8>,
     pub marked: AtomicBool,
+}
+
+/// m_i = Σ ω|ξ|²V [m⁵] of every row, at least [`LEAST_M`] of the median.
+fn weighted_volumes(bonds: &Bonds, rest: &[Vec3], volume: &[f64]) -> Vec<f64> {
+    let of = |i: usize| -> f64 {
+        let home = rest[i].as_dvec3();
+        let share = |k: usize| {
+            let j = bonds.neighbours[k] as usize;
+            f64::from(bonds.weight[k]) * rest[j].as_dvec3().distance_squared(home) * volume[j]
+        };
+        bonds.slots(i).map(share).sum()
+    };
+    let mut m: Vec<f64> = (0..bonds.rows()).into_par_iter().map(of).collect();
+    let mut sorted = m.clone();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let least = LEAST_M * sorted.get(m.len() / 2).copied().unwrap_or(1.0);
+    m.iter_mut().for_each(|m| *m = m.max(least));
+    m
 }
 
 impl<T: BondLaw<M>, const M: usize> Body<T, M> {
@@ -60,6 +82,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             inv_m: Buffer::default(),
             own: std::array::from_fn(|_| Buffer::default()),
             twin: std::array::from_fn(|_| Buffer::default()),
+            tally: Buffer::default(),
             scratch: Scratch::default(),
         }
     }
@@ -94,7 +117,24 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         records.par_iter_mut().zip(&*theta).with_min_len(1024).for_each(|(r, &t)| r.set_theta(t));
     }
 
-    /// Brings the records up to date with the particles: positions, then θ if anybody wants it.
+    /// Norm of every particle, of records that have their θ.
+    fn sum_norms<R: Record>(laws: Laws<'_, T, M>, scene: Scene<'_, R>, memory: &Memory<'_, M>, norm: &mut [f64]) {
+        in_blocks(0..norm.len(), norm, &|rows, norm: &mut [f64]| {
+            for (norm, i) in norm.iter_mut().zip(rows) {
+                *norm = scene.norm(memory, laws, i);
+            }
+        });
+    }
+
+    /// The norms of the present memory, at the positions of the records.
+    pub fn update_norms(&mut self) {
+        let mut norm = std::mem::take(&mut self.scratch.norm);
+        norm.resize(self.bonds.rows(), 0.0);
+        Self::sum_norms(self.laws(), Scene::new(&self.bonds, &self.scratch.records), &self.memory(), &mut norm);
+        self.scratch.norm = norm;
+    }
+
+    /// Brings the scratch up to date with the particles: positions, then θ if anybody wants it, then norms.
     pub fn prepare(&mut self, p: &BodyParticles<'_>, with_theta: bool) -> Frame {
         let frame = self.frame(p);
         let s = &mut self.scratch;
@@ -103,6 +143,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         Self::pose(&self.inv_m, p, &frame, &mut s.records);
         if with_theta {
             Self::dilate(Laws::new(&self.laws, &self.regions), &self.bonds, &mut s.records, &mut s.theta);
+        }
+        if T::NEEDS_NORM {
+            self.update_norms();
         }
         frame
     }
@@ -125,40 +168,67 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         });
         (self.bonds, self.regions.chunks) = (bonds, chunks.into());
         drop(g.families);
-        let bonds = &self.bonds;
-        let m: Vec<f64> = (0..n)
-            .into_par_iter()
-            .map(|i| {
-                let home = p.rest[i].as_dvec3();
-                bonds
-                    .slots(i)
-                    .map(|k| {
-                        let j = bonds.neighbours[k] as usize;
-                        f64::from(bonds.weight[k]) * p.rest[j].as_dvec3().distance_squared(home) * p.volume[j]
-                    })
-                    .sum()
-            })
-            .collect();
-        let mut sorted = m.clone();
-        sorted.sort_unstable_by(f64::total_cmp);
-        let least = LEAST_M * sorted.get(n / 2).copied().unwrap_or(1.0);
-        self.inv_m = m.iter().map(|m| 1.0 / m.max(least)).collect::<Vec<_>>().into();
+        let mut m = weighted_volumes(&self.bonds, p.rest, p.volume);
+        // the factor belongs to the geometry, so it is for bodies all of whose laws want it
+        if self.laws.iter().all(T::compensates_surface) {
+            surface::compensate(&mut self.bonds, p.rest, p.volume, &m);
+            // of the new weights: θ is exact for a pure dilatation, and any κ > 0 is stable beside any μ
+            m = weighted_volumes(&self.bonds, p.rest, p.volume);
+        }
+        self.inv_m = m.iter().map(|m| 1.0 / m).collect::<Vec<_>>().into();
         let slots = self.bonds.neighbours.len();
         for column in self.own.iter_mut().chain(&mut self.twin) {
             column.set(vec![0.0; slots]);
+        }
+        if T::TALLY.is_some() {
+            self.tally.set(vec![0.0; n]);
         }
         Ok(())
     }
 
     pub fn stable_dt(&self, p: &BodyParticles<'_>) -> f64 {
-        stable::largest_step(self.laws(), &self.bonds, &self.inv_m, p)
+        let n = p.len();
+        let size = 1e-6 * self.horizon;
+        let mut position = vec![DVec3::ZERO; n];
+        let (mut records, mut theta) = (vec![Record32::default(); n], vec![0.0; n]);
+        let zeros = vec![0.0; if M > 0 { self.bonds.neighbours.len() } else { 0 }];
+        let (laws, none) = (self.laws(), Criteria::new(&[Unbreakable], &self.regions));
+        let memory = Memory { own: [&zeros[..]; M], twin: [&zeros[..]; M] };
+        let dt = stable::largest_step(p, &self.stiffness(p), |u, out| {
+            let scale = size / u.iter().map(|u| u.length()).fold(f64::MIN_POSITIVE, f64::max);
+            position.par_iter_mut().enumerate().for_each(|(i, y)| *y = p.rest[i].as_dvec3() + u[i] * scale);
+            let p = BodyParticles { position: &position, ..*p };
+            Self::pose(&self.inv_m, &p, &Frame::moved(&p), &mut records);
+            if T::NEEDS_THETA {
+                Self::dilate(self.laws(), &self.bonds, &mut records, &mut theta);
+            }
+            let scene = Scene::new(&self.bonds, &records);
+            in_blocks(0..n, out, &|rows, out: &mut [DVec3]| {
+                for (out, i) in out.iter_mut().zip(rows) {
+                    let f = scene.force(&memory, laws, none, i, |_, _| ());
+                    *out = f * (p.volume[i] / (p.mass[i] * scale));
+                }
+            });
+        });
+        let lags = M > 0 && dt.is_finite();
+        if lags { dt / stable::lag(self.laws(), &self.bonds, &self.inv_m, p, dt).sqrt() } else { dt }
+    }
+
+    pub fn stiffness(&self, p: &BodyParticles<'_>) -> Vec<f64> {
+        stable::stiffness(self.laws(), &self.bonds, &self.inv_m, p)
     }
 
     pub fn flow(&mut self, dt: f64) {
-        if M == 0 || self.scratch.records.len() != self.bonds.rows() {
+        if (M == 0 && T::TALLY.is_none()) || self.scratch.records.len() != self.bonds.rows() {
             return;
         }
-        let scene = Scene::new(&self.bonds, &self.scratch.records);
+        if T::TALLY.is_some() {
+            let law = &self.laws[0]; // a body of several has none that counts
+            for ((tally, norm), inv_m) in self.tally.iter_mut().zip(&self.scratch.norm).zip(&self.inv_m[..]) {
+                *tally += law.tally(*norm, *inv_m);
+            }
+        }
+        let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
         let (laws, offsets) = (Laws::new(&self.laws, &self.regions), &self.bonds.offsets[..]);
         let slots = |b| PerChunk::<f32, CHUNK> { values: b, offsets };
         let own = self.own.each_mut().map(|b| slots(&mut b[..]));
@@ -177,7 +247,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             return None;
         }
         self.prepare(p, T::NEEDS_THETA);
-        let scene = Scene::new(&self.bonds, &self.scratch.records);
+        let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
         let (memory, laws) = (self.memory(), self.laws());
         let density: Vec<f64> = (0..p.len())
             .into_par_iter()
@@ -195,6 +265,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             Self::dilate(self.laws(), &self.bonds, &mut records, &mut vec![0.0; p.len()]);
         }
         let (scene, memory) = (Scene::new(&self.bonds, &records), self.memory());
+        let mut norm = vec![0.0; if T::NEEDS_NORM { p.len() } else { 0 }];
+        Self::sum_norms(self.laws(), scene, &memory, &mut norm);
+        let scene = scene.with_norm(&norm);
         let rows = (0..p.len()).into_par_iter();
         let (laws, none) = (self.laws(), Criteria::new(&[Unbreakable], &self.regions));
         Some(rows.map(|i| scene.force(&memory, laws, none, i, |_, _| ())).collect())
@@ -215,6 +288,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         }
         for (column, buffer) in T::MEMORY.iter().zip(&mut self.twin) {
             v(&format!("{scope}/twin_memory"), column, buffer);
+        }
+        if let Some(column) = &T::TALLY {
+            v(&format!("{scope}/tally"), column, &mut self.tally);
         }
     }
 }

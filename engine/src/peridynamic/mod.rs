@@ -14,7 +14,9 @@ mod parts;
 mod passes;
 pub mod pose;
 mod rows;
+mod spectrum;
 mod stable;
+mod surface;
 
 use std::sync::atomic::Ordering;
 
@@ -70,6 +72,10 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         self.body.stable_dt(p)
     }
 
+    fn stiffness(&self, p: &BodyParticles<'_>) -> Vec<f64> {
+        self.body.stiffness(p)
+    }
+
     fn respond(&mut self, p: &BodyParticles<'_>, dt: f64, dv: &mut [DVec3]) {
         let b = &mut self.body;
         let frame = b.prepare(p, T::NEEDS_THETA || C::NEEDS_THETA);
@@ -78,7 +84,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         let (memory, laws, marked) = (b.memory(), b.laws(), &b.scratch.marked);
         let criteria = Criteria::new(&self.criteria, &b.regions);
         marked.store(false, Ordering::Relaxed);
-        let scene = Scene::new(&b.bonds, &b.scratch.records);
+        let scene = Scene::new(&b.bonds, &b.scratch.records).with_norm(&b.scratch.norm);
         let work = (dv, PerChunk::<u8, 1> { values: &mut marks, offsets: &b.bonds.offsets });
         in_blocks(0..p.len(), work, &|rows, (dv, marks): (&mut [DVec3], PerChunk<'_, u8, 1>)| {
             let base = scene.chunks(rows.start).start;
@@ -103,10 +109,13 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
             return;
         }
         let b = &mut self.body;
+        if T::NEEDS_NORM {
+            b.update_norms(); // the memory has flowed since
+        }
         let mut marks = std::mem::take(&mut b.scratch.marks);
         let (memory, laws) = (b.memory(), b.laws());
         let criteria = Criteria::new(&self.criteria, &b.regions);
-        let scene = Scene::new(&b.bonds, &b.scratch.records);
+        let scene = Scene::new(&b.bonds, &b.scratch.records).with_norm(&b.scratch.norm);
         let phi = &*damage;
         let work = PerChunk::<u8, 1> { values: &mut marks, offsets: &b.bonds.offsets };
         in_blocks(0..b.bonds.rows(), work, &|rows, marks| {

@@ -69,6 +69,21 @@ impl<'a, T: BondLaw<M>, const M: usize> Laws<'a, T, M> {
         if T::SEVERAL { &self.all[usize::from(self.regions.chunks[chunk])] } else { self.first }
     }
 
+    /// A row of each law, the first of `rows` for which `fits` holds.
+    pub fn examples(&self, rows: usize, fits: impl Fn(usize) -> bool) -> impl Iterator<Item = usize> {
+        let mut found = vec![None; self.all.len()];
+        for i in 0..rows {
+            let region = if T::SEVERAL { usize::from(self.regions.rows[i]) } else { 0 };
+            if found[region].is_none() && fits(i) {
+                found[region] = Some(i);
+                if !found.contains(&None) {
+                    break;
+                }
+            }
+        }
+        found.into_iter().flatten()
+    }
+
     /// Whether any of them reads [`Bond::cos`](crate::Bond::cos).
     #[inline(always)]
     pub fn needs_cos(&self) -> bool {

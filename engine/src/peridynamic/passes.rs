@@ -20,6 +20,8 @@ pub(super) struct Scene<'a, R> {
     weight: &'a [f32],
     intact: &'a [u8],
     records: &'a [R],
+    /// Norm of every particle; empty while it is being summed, and for laws without.
+    norm: &'a [f64],
 }
 
 /// The remembered numbers of every slot: of its own side, and of the neighbour's. Both are kept in the row, so a pass
@@ -74,7 +76,12 @@ impl<'a, R: Record> Scene<'a, R> {
             weight: &bonds.weight,
             intact: &bonds.intact,
             records,
+            norm: &[],
         }
+    }
+
+    pub fn with_norm(self, norm: &'a [f64]) -> Self {
+        Self { norm, ..self }
     }
 
     /// Chunks of row `i`.
@@ -85,7 +92,7 @@ impl<'a, R: Record> Scene<'a, R> {
 
     /// Bonds of `slot .. slot + WIDTH` as a law sees them from both sides.
     #[inline(always)]
-    fn bond(&self, needs_cos: bool, i: usize, slot: usize) -> Geometry<R::Lane> {
+    fn bond<T: BondLaw<M>, const M: usize>(&self, laws: Laws<'_, T, M>, i: usize, slot: usize) -> Geometry<R::Lane> {
         let of = <R::Lane as Lane>::of;
         let home = &self.records[i];
         let g = R::Lane::gather(self.records, &self.neighbours[slot..], home);
@@ -104,9 +111,14 @@ impl<'a, R: Record> Scene<'a, R> {
         // e = |y| − |ξ| without cancellation: (2ξ·du + du·du)/(|y| + |ξ|)
         let two_xi = [g.xi[0] + y[0], g.xi[1] + y[1], g.xi[2] + y[2]];
         let ext = dot(two_xi, g.du) * (length * both);
-        let cos = if needs_cos { dot(g.xi, y) * inv_length / rest } else { of(1.0) };
-        let own = Bond { rest, ext, cos, weight, theta, inv_m };
-        let other = Bond { theta: g.theta, inv_m: g.inv_m, ..own };
+        let cos = if laws.needs_cos() { dot(g.xi, y) * inv_length / rest } else { of(1.0) };
+        let (mut own_norm, mut other_norm) = (of(0.0), of(0.0));
+        if T::NEEDS_NORM && !self.norm.is_empty() {
+            own_norm = of(self.norm[i]);
+            other_norm = R::Lane::pick_out(self.norm, &self.neighbours[slot..]);
+        }
+        let own = Bond { rest, ext, cos, weight, theta, inv_m, norm: own_norm };
+        let other = Bond { theta: g.theta, inv_m: g.inv_m, norm: other_norm, ..own };
         Geometry { own, other, y, inv_length, volume: g.volume }
     }
 
@@ -117,11 +129,25 @@ impl<'a, R: Record> Scene<'a, R> {
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(laws.needs_cos(), i, slot);
+            let g = self.bond(laws, i, slot);
             let share = law.dilatation(&g.own) * g.volume;
             sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
         });
         sum.total()
+    }
+
+    /// The norm of row `i`, the root of the sum of the law's shares.
+    #[inline(always)]
+    pub fn norm<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, laws: Laws<'_, T, M>, i: usize) -> f64 {
+        let law = laws.own(i);
+        let zero = R::Lane::of(0.0);
+        let mut sum = zero;
+        for_each_lane!(self, R, i, |slot, intact| {
+            let g = self.bond(laws, i, slot);
+            let share = law.norm_share(&g.own, memory.at(slot).0) * g.volume;
+            sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
+        });
+        sum.total().sqrt()
     }
 
     /// Force density Σ (T_ij − T_ji) V_j [N/m³] on particle `i` (Eq. 2), in the frame of the records. `hit(chunk, bits)`
@@ -139,7 +165,7 @@ impl<'a, R: Record> Scene<'a, R> {
         let zero = R::Lane::of(0.0);
         let mut sum = [zero; 3];
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(laws.needs_cos(), i, slot);
+            let g = self.bond(laws, i, slot);
             let (own, twin) = memory.at(slot);
             // T_ji points the other way, so the pair adds up (Eq. 3); a + b = b + a makes it antisymmetric to the bit
             let pair = law.force(&g.own, own) + laws.other(slot / CHUNK).force(&g.other, twin);
@@ -177,7 +203,7 @@ impl<'a, R: Record> Scene<'a, R> {
         let mut out = 0;
         for part in 0..CHUNK / R::Lane::WIDTH {
             let slot = chunk * CHUNK + part * R::Lane::WIDTH;
-            let g = self.bond(laws.needs_cos(), i, slot);
+            let g = self.bond(laws, i, slot);
             let (own, twin) = memory.at(slot);
             let mut phi = [0.0; CHUNK];
             for l in 0..R::Lane::WIDTH {
@@ -203,7 +229,7 @@ impl<'a, R: Record> Scene<'a, R> {
     ) {
         let law = laws.own(i);
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(laws.needs_cos(), i, slot);
+            let g = self.bond(laws, i, slot);
             let mask = R::Lane::unpack(intact);
             let side = |law: &T, bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
                 let old: [R::Lane; M] = std::array::from_fn(|k| R::Lane::load(&columns[k][slot - base..]));
@@ -223,7 +249,7 @@ impl<'a, R: Record> Scene<'a, R> {
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(laws.needs_cos(), i, slot);
+            let g = self.bond(laws, i, slot);
             let energy = law.bond_energy(&g.own, memory.at(slot).0) * g.volume;
             sum = sum + R::Lane::pick(R::Lane::unpack(intact), energy, zero);
         });

@@ -6,7 +6,7 @@
 //! [`Scene::error`] to say file and line of what goes wrong later. All keys are documented in [`keys()`].
 //!
 //! ```text
-//! Scene ── title, duration, gravity, dt, safety, seed, ground
+//! Scene ── title, duration, gravity, dt, safety, integrator, seed, ground
 //!   ├── bodies: Vec<Body> ── name, source, resolution, shell, placement, density, velocity, spin, horizon, surface
 //!   │                         ├── law: Chosen, criterion: Chosen (name and given keys, unchecked)
 //!   │                         ├── parts: Vec<Part> (regions with density, law and criterion of their own), interface
@@ -32,7 +32,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fissure_engine::params::{ParamError, Params, hint};
-use fissure_engine::{Ground, Registry};
+use fissure_engine::{Ground, Integrator, Registry};
 use glam::DVec3;
 
 pub use error::{Place, SceneError};
@@ -56,6 +56,8 @@ pub struct Scene {
     pub dt: Option<f64>,
     /// Share of the largest stable step that an automatic step takes, (0, 1].
     pub safety: f64,
+    /// How forces become motion.
+    pub integrator: Integrator,
     /// Seed of every random number of the run.
     pub seed: u64,
     /// One or more, in the order of the file; names differ.

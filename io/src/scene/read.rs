@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use fissure_engine::Ground;
 use fissure_engine::params::{Value, hint};
+use fissure_engine::{Ground, Integrator, Relax};
 use glam::DVec3;
 
 use super::Scene;
@@ -25,6 +25,7 @@ pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Pat
         gravity: top.get("gravity")?,
         dt: top.get::<Unless>("dt")?.0,
         safety: top.get("safety")?,
+        integrator: integrator(&top)?,
         seed: top.get("seed")?,
         anchors: anchors(&top, &bodies)?,
         ground: top.table_if("ground")?.map(|t| ground(&t)).transpose()?,
@@ -150,8 +151,9 @@ pub(super) fn chosen(r: &Reader<'_>, word: &str) -> Result<Chosen, SceneError> {
             Node::Text(text) => Value::Word(text.clone()),
             Node::List(_) if flatten(item, &mut numbers) => Value::List(numbers),
             _ => match item.as_number() {
-                Some(x) if x.is_finite() => Value::Number(x),
-                _ => {
+                // not finite: refused with unit and range by the table of the law
+                Some(x) => Value::Number(x),
+                None => {
                     let title = &r.title;
                     let message =
                         format!("`{key}` = {item} in {title} must be a finite number, a word, or a list of numbers");
@@ -252,6 +254,19 @@ pub(super) fn space(r: &Reader<'_>, word: &str) -> Result<Region, SceneError> {
             Region::All
         }
     })
+}
+
+fn integrator(top: &Reader<'_>) -> Result<Integrator, SceneError> {
+    let word: String = top.get("integrator")?;
+    let (residual, iterations) = (top.get("residual")?, top.get("iterations")?);
+    if word == "relax" {
+        return Ok(Integrator::Relax(Relax { residual, iterations }));
+    }
+    if let Some((key, _)) = top.entries().find(|(key, _)| matches!(*key, "residual" | "iterations")) {
+        let message = format!("`{key}` belongs to integrator = \"relax\", but this is \"{word}\"; remove one of them");
+        return Err(top.fail(key, message));
+    }
+    Ok(if word == "velocity_verlet" { Integrator::VelocityVerlet } else { Integrator::SymplecticEuler })
 }
 
 fn ground(r: &Reader<'_>) -> Result<Ground, SceneError> {

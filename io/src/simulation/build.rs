@@ -99,8 +99,9 @@ impl Simulation {
         Ok(Making { body: body.name.clone(), notes: made.notes, meshing, families: took })
     }
 
-    /// What is not in the columns: gravity and ground; and what anchors hold at the start.
+    /// What is not in the columns: integrator, gravity and ground; and what anchors hold at the start.
     fn set_up(&mut self, scene: &Scene) -> Result<(), SimulationError> {
+        self.world.integrator = scene.integrator;
         self.world.gravity = scene.gravity;
         self.world.ground = scene.ground;
         let position = &self.world.particles.position;
@@ -119,13 +120,17 @@ impl Simulation {
         Ok(())
     }
 
-    /// The time step: the scene's, or the stable one times its safety, shortened so that frames fall on steps.
+    /// The time step: the scene's, or the stable one times its safety, shortened so that frames fall on steps. Where every
+    /// step is an equilibrium, none is too long, and there is one for each frame.
     fn step_length(&self, scene: &Scene) -> Result<f64, SimulationError> {
         const MOST_STEPS: f64 = 1e12;
         let refuse = |message| Err(SimulationError::Whole { file: scene.file().into(), message });
-        let (stable, every, duration) = (self.world.stable_dt(), scene.output.frame_every, scene.duration);
+        let (every, duration) = (scene.output.frame_every, scene.duration);
+        let relaxed = self.world.relaxes().is_some();
+        let stable = if relaxed { f64::INFINITY } else { self.world.stable_dt() };
         let dt = match scene.dt {
             Some(dt) => dt,
+            None if relaxed => every.min(duration),
             None if stable.is_finite() => every / (every / (scene.safety * stable)).ceil(),
             None => return refuse("no body limits the time step; give `dt` in seconds".into()),
         };

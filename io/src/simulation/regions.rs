@@ -60,7 +60,7 @@ fn surface(body: &Body, path: &Path) -> Result<Distance, String> {
     }
 }
 
-/// The mass of a particle of each region over that of the body's own density.
+/// Density of a region [kg/m³].
 pub(super) fn density(body: &Body, region: u8) -> f64 {
     if region == 0 { body.density } else { body.parts[usize::from(region) - 1].density }
 }

@@ -42,6 +42,7 @@ impl Simulation {
             simulation.meshes.push(Embedded { mesh: CrackMesh::default(), skin, rest: Vec::new(), links: Vec::new() });
         }
         simulation.world.anchors = scene.anchors.iter().map(super::build::anchor).collect();
+        simulation.world.integrator = scene.integrator;
         simulation.world.gravity = scene.gravity;
         simulation.world.ground = scene.ground;
         latest.live.restore(&mut simulation, &latest.frozen)?;

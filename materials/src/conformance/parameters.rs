@@ -59,9 +59,10 @@ fn table(
         for bad in outside(p) {
             let why = make(&with(good, p.name, Some(bad.clone())))?;
             tried += 1;
-            let parts = [format!("`{}`", p.name), p.unit.into(), wanted(p)];
+            // words and matrices are pure, and their messages say nothing of a unit
+            let unit = if matches!(p.kind, Kind::Word(_) | Kind::Matrix) { "" } else { p.unit };
+            let parts = [format!("`{}`", p.name), unit.into(), wanted(p)];
             match why {
-                Err(why) if p.unit == "1" && parts[0..3].iter().all(|s| why.contains(s)) => {}
                 Err(why) if parts.iter().all(|s| why.contains(s)) => {}
                 Err(why) => return fail(format!("`{}` = {bad} is refused without name, unit or range: {why}", p.name)),
                 Ok(()) => return fail(format!("`{}` = {bad} is taken, but it must be {}", p.name, wanted(p))),
