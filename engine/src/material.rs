@@ -85,6 +85,11 @@ pub trait Material: Send + Sync {
         None
     }
 
+    /// Whether restored columns fit each other and so many particles; a file with right checksums may still lie.
+    fn consistent(&self, particles: usize) -> bool {
+        self.bonds().is_none_or(|b| b.consistent(particles))
+    }
+
     /// Shows every array that must survive a restart, always in the same order.
     fn visit(&mut self, scope: &str, v: &mut Visitor<'_>);
 }

@@ -270,6 +270,18 @@ fn another(key: &Key) -> Vec<String> {
         (cut, _) if cut.starts_with("body.NAME.cut.N.rectangle.") => {
             vec!["body.vase.cut.1.rectangle={corner = [0, 0, 9], u = [1, 0, 0], v = [0, 2, 0]}".into()]
         }
+        ("body.NAME.region.N.ball.centre" | "body.NAME.region.N.ball.radius", _) => {
+            vec!["body.vase.region.1.ball={centre = [0, 0, 0], radius = 1}".into()]
+        }
+        ("body.NAME.region.N.nearest" | "body.NAME.region.N.than", _) => {
+            vec!["body.vase.region.1.nearest=a.ply".into(), "body.vase.region.1.than=b.ply".into()]
+        }
+        ("body.NAME.region.N.name", _) => {
+            vec!["body.vase.region.1.name=rim".into(), "body.vase.interface.pair.1.of=rim".into()]
+        }
+        ("body.NAME.interface.pair.N.of" | "body.NAME.interface.pair.N.and", _) => {
+            vec!["body.vase.interface.pair.1.of=vase".into(), "body.vase.interface.pair.1.and=lip".into()]
+        }
         ("anchor.N.body", _) => set("other"),
         (_, KeyKind::Text) => set("different"),
         (_, KeyKind::Word(words)) => set(words[1]),
@@ -290,6 +302,8 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
     let base = "integrator = 'relax'\n".to_owned()
         + MINIMAL
         + "[body.vase.fracture]\ncriterion = 'none'\n[[body.vase.cut]]\ntriangle = [[0,0,0],[1,0,0],[0,1,0]]\n\
+           [[body.vase.region]]\nname = 'lip'\nbox = [[0,0,0],[1,1,1]]\nmaterial = { law = 'isotropic' }\n\
+           fracture = { criterion = 'none' }\n[[body.vase.interface.pair]]\nof = 'lip'\nand = 'vase'\nstrength = 1\n\
            [body.other]\nmesh = 'o.ply'\ndensity = 1\nmaterial = { law = 'isotropic' }\n\
            [[anchor]]\nbody = 'vase'\nbox = [[0,0,0],[1,1,1]]\n[ground]\n[output.picture]\n";
     let before = parse(&base).unwrap().fingerprint();
