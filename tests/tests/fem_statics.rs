@@ -79,8 +79,9 @@ fn a_twisted_bar_resists_as_finite_elements_do() {
 }
 
 #[test]
-#[ignore = "8 elements across, 3 minutes"]
+#[ignore = "8 elements across, minutes"]
 fn errors_fall_under_refinement() {
+    // measured: stretch 2.9 to .8 %, bend 4.4 to 1.2 %, torque at 90° 5.5 to 1.1 %
     let (stretch_4, stretch_8) = (stretch(4, DEFAULT), stretch(8, DEFAULT));
     assert!(stretch_8 < 0.05 && stretch_8 < stretch_4, "{stretch_4} {stretch_8}");
     let (bend_4, bend_8) = (bend(4, DEFAULT), bend(8, DEFAULT));
@@ -92,8 +93,9 @@ fn errors_fall_under_refinement() {
 }
 
 #[test]
-#[ignore = "the paper as written, for the table: 3 minutes"]
+#[ignore = "the paper as written at 4 and 8 elements across, minutes"]
 fn the_paper_as_written_is_soft_and_less_so_under_refinement() {
+    // measured at 4 across: stretch -19 to -23 %, bend +38 %, torque -32 and -33 %; at 8 stretch -11 to -14 %
     type Case = fn(usize, &str) -> f64;
     let cases: [Case; 4] = [stretch, bend, |n, f| twist_90(n, f)[0], |n, f| twist_180(n, f)[0]];
     for case in cases {
