@@ -242,6 +242,10 @@ fn the_scenes_of_the_project_are_read_and_their_materials_known() {
         assert!(scene.ground.is_some() && scene.dt.is_none(), "{name}");
         scene.check(&registry).unwrap();
     }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/inclusion.toml");
+    let scene = Scene::load(&path, &[]).unwrap();
+    assert_eq!((scene.bodies[0].parts[0].name.as_str(), scene.bodies[0].interface.strength), ("disc", 0.3));
+    scene.check(&registry).unwrap();
 }
 
 /// For each documented key a line that gives it another value than its default, and lines that it needs beside it.
@@ -317,7 +321,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
         assert_ne!(scene.fingerprint(), before, "{} has no effect", key.path);
         count += 1;
     }
-    assert_eq!(count, 65, "keys that take a value");
+    assert_eq!(count, 79, "keys that take a value");
 }
 
 #[test]
