@@ -40,6 +40,14 @@ pub enum BuildError {
         /// The value.
         value: f64,
     },
+    /// More particles than a body of bonds can have.
+    #[error("{particles} particles are more than the {most} that one body can have; make several bodies of it")]
+    TooMany {
+        /// How many.
+        particles: usize,
+        /// At most.
+        most: usize,
+    },
 }
 
 /// A body's material: the outer plug-in interface, one dynamic call per body and phase.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::parts::{Criteria, Laws, Regions};
 use super::passes::{Memory, Scene};
-use super::pose::{Record, Record32, Record64};
+use super::pose::{MOST, Record, Record32, Record64};
 use super::rows::{PerChunk, in_blocks};
 use super::{stable, surface};
 use crate::bonds::{Bonds, CHUNK};
@@ -152,6 +152,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
 
     pub fn build(&mut self, g: Geometry<'_>) -> Result<(), BuildError> {
         let (p, n) = (g.particles, g.particles.len());
+        if n > MOST {
+            return Err(BuildError::TooMany { particles: n, most: MOST });
+        }
         for (what, column) in [("volume", p.volume), ("mass", p.mass)] {
             if let Some(particle) = column.iter().position(|&x| !(x > 0.0 && x.is_finite())) {
                 return Err(BuildError::NotPositive { particle, what, value: column[particle] });
