@@ -74,7 +74,13 @@ pub trait Material: Send + Sync {
         None
     }
 
-    /// The bonds, if the material has any.
+    /// Bulk modulus [Pa] of the undamaged material, if it has one: contact takes its stiffness from it.
+    fn bulk_modulus(&self) -> Option<f64> {
+        None
+    }
+
+    /// The bonds, if the material has any. Particles without an intact bond meet as strangers; those of one body without bonds
+    /// do not meet.
     fn bonds(&self) -> Option<&Bonds> {
         None
     }

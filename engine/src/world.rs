@@ -10,7 +10,7 @@ use crate::anchor::Anchor;
 use crate::bonds::Families;
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
-use crate::ground::Ground;
+use crate::contact::{self, Collider, Contact};
 use crate::material::{BuildError, Geometry, Link, Material};
 use crate::particles::Particles;
 use crate::phase::{Phase, Profile};
@@ -95,11 +95,11 @@ pub enum StepError {
 /// Energies of a world [J].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// ½ Σ m v².
+    /// ½ Σ m v², with that of free colliders.
     pub kinetic: f64,
     /// Stored in the bonds, of the materials that have an energy.
     pub elastic: f64,
-    /// −Σ m g·y.
+    /// −Σ m g·y, likewise.
     pub gravity: f64,
 }
 
@@ -111,8 +111,10 @@ pub struct World {
     pub bodies: Vec<Body>,
     /// Held and driven particles.
     pub anchors: Vec<Anchor>,
-    /// The ground, if there is one.
-    pub ground: Option<Ground>,
+    /// Rigid things that particles cannot enter.
+    pub colliders: Vec<Collider>,
+    /// How particles meet each other.
+    pub contact: Contact,
     /// Gravity [m/s²].
     pub gravity: DVec3,
     /// Time step [s].
@@ -133,7 +135,8 @@ impl Default for World {
             particles: Particles::default(),
             bodies: Vec::new(),
             anchors: Vec::new(),
-            ground: None,
+            colliders: Vec::new(),
+            contact: Contact::default(),
             gravity: DVec3::ZERO,
             dt: 0.0,
             time: 0.0,
@@ -226,14 +229,15 @@ impl World {
     }
 
     fn contact(&mut self) {
-        let Some(ground) = self.ground else { return };
-        let (p, dt, fall) = (&self.particles, self.dt, self.gravity * self.dt);
-        self.dv.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, dv)| {
-            let v = p.velocity[i] + *dv + fall;
-            // half the height of a regular tetrahedron of this volume: where its face would touch
-            let radius = 0.5 * p.volume[i].cbrt();
-            *dv += ground.limit(p.position[i], radius, v, dt) - v;
-        });
+        let scene = contact::Scene {
+            particles: &self.particles,
+            bodies: &self.bodies,
+            anchors: &self.anchors,
+            fall: self.gravity * self.dt,
+            dt: self.dt,
+            time: self.time,
+        };
+        self.contact.resolve(&scene, &mut self.colliders, &mut self.dv);
     }
 
     fn fracture(&mut self) {
@@ -253,6 +257,7 @@ impl World {
             *v += *dv + fall;
             *x += *v * dt;
         });
+        self.colliders.iter_mut().for_each(|c| c.advance(self.time, dt));
         let middle = self.time - 0.5 * dt;
         for anchor in self.anchors.iter_mut().filter(|a| a.holds(middle)) {
             let takes_hold = !anchor.holds(middle - dt);
@@ -271,8 +276,11 @@ impl World {
     /// Energies of the present state. Leapfrog: velocities belong to half a step before the positions.
     pub fn energies(&mut self) -> Energies {
         let p = &self.particles;
-        let kinetic = p.velocity.iter().zip(&p.mass[..]).map(|(v, m)| 0.5 * m * v.length_squared()).sum();
-        let gravity = p.position.iter().zip(&p.mass[..]).map(|(x, m)| -m * self.gravity.dot(*x)).sum();
+        let free = || self.colliders.iter().filter(|c| c.is_free());
+        let kinetic = p.velocity.iter().zip(&p.mass[..]).map(|(v, m)| 0.5 * m * v.length_squared()).sum::<f64>()
+            + free().map(Collider::kinetic).sum::<f64>();
+        let gravity = p.position.iter().zip(&p.mass[..]).map(|(x, m)| -m * self.gravity.dot(*x)).sum::<f64>()
+            - free().map(|c| c.mass() * self.gravity.dot(c.position)).sum::<f64>();
         let elastic = self.bodies.iter_mut().filter_map(|b| b.material.energy(&self.particles.of(&b.range))).sum();
         Energies { kinetic, elastic, gravity }
     }
@@ -311,5 +319,7 @@ impl World {
         for anchor in &mut self.anchors {
             anchor.visit(v);
         }
+        self.colliders.iter_mut().for_each(|c| c.visit(v));
+        self.contact.forget();
     }
 }

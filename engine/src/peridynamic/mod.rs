@@ -22,6 +22,7 @@ use rayon::prelude::*;
 use self::passes::{Memory, Scene};
 use self::pose::{Record, Record32, Record64};
 use self::rows::{PerChunk, in_blocks};
+pub(crate) use self::stable::largest_eigenvalue;
 use crate::bonds::{Bonds, CHUNK};
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
@@ -261,6 +262,10 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         let (scene, memory) = (Scene::new(&self.bonds, &records), self.memory());
         let rows = (0..p.len()).into_par_iter();
         Some(rows.map(|i| scene.force(&memory, &self.law, &self.criterion, i, |_, _| ())).collect())
+    }
+
+    fn bulk_modulus(&self) -> Option<f64> {
+        Some(stable::bulk_modulus::<T, M>(&self.law, self.horizon))
     }
 
     fn bonds(&self) -> Option<&Bonds> {

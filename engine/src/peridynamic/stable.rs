@@ -1,4 +1,4 @@
-//! The largest stable step of any law, from its own derivatives at rest.
+//! The largest stable step of any law, from its own derivatives at rest; and its bulk modulus.
 //!
 //! With t_ij = ½A_ij as a function of e and θ_i = Σ g e V, the stiffness that particle i feels is bounded by
 //! K_i = Σ_j V_i V_j (c_ij + c_ji + p⁺_ij G_i + p⁺_ji G_j) n nᵀ with c = ∂t/∂e, p⁺ = max(0, ∂t/∂θ), g = ∂θ/∂e / V and
@@ -67,8 +67,25 @@ pub(super) fn largest_step<T: BondLaw<M>, const M: usize>(
     (0..p.len()).into_par_iter().map(limit).reduce(|| f64::INFINITY, f64::min)
 }
 
+/// Bulk modulus [Pa] in a full family at small strain; of an anisotropic law the mean over the axes.
+pub(super) fn bulk_modulus<T: BondLaw<M>, const M: usize>(law: &T, horizon: f64) -> f64 {
+    const SHELLS: usize = 32;
+    const STRAIN: f64 = 1e-6;
+    let shells = |f: &dyn Fn(f64, f64, f64) -> f64| {
+        let width = horizon / SHELLS as f64;
+        let radii = (0..SHELLS).map(|k| (k as f64 + 0.5) * width);
+        let each = |r: f64| [DVec3::X, DVec3::Y, DVec3::Z].map(|n| f(r, law.influence(n * r, horizon), 1.0 / 3.0));
+        radii.map(|r| each(r).iter().sum::<f64>() * 4.0 * std::f64::consts::PI * r * r * width).sum::<f64>()
+    };
+    let inv_m = 1.0 / shells(&|r, weight, share| weight * r * r * share);
+    let bond = |r: f64, weight, theta| Bond { rest: r, ext: r * STRAIN, cos: 1.0, weight, theta, inv_m };
+    let theta = shells(&|r, weight, share| law.dilatation(&bond(r, weight, 0.0)) * share);
+    // uniform dilatation: the mean stress is Σ T |ξ| V / 3 and the volume has grown by three strains
+    shells(&|r, weight, share| law.force(&bond(r, weight, theta), [0.0; M]) * r * share) / (9.0 * STRAIN)
+}
+
 /// Largest eigenvalue of a symmetric matrix, in closed form (Smith 1961).
-fn largest_eigenvalue(a: DMat3) -> f64 {
+pub(crate) fn largest_eigenvalue(a: DMat3) -> f64 {
     let mean = (a.x_axis.x + a.y_axis.y + a.z_axis.z) / 3.0;
     let b = a - DMat3::from_diagonal(DVec3::splat(mean));
     let p = ((b.x_axis.length_squared() + b.y_axis.length_squared() + b.z_axis.length_squared()) / 6.0).sqrt();

@@ -3,16 +3,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use fissure_engine::Ground;
 use fissure_engine::params::{Value, hint};
 use glam::DVec3;
 
-use super::Scene;
 use super::error::SceneError;
 use super::keys::SHAPES;
 use super::model::*;
 use super::reader::{Reader, Unless};
 use super::tree::{self, Item, Node};
+use super::{Scene, colliders};
 
 pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Path) -> Result<Scene, SceneError> {
     let top = Reader::top(&tree)?;
@@ -27,6 +26,8 @@ pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Pat
         seed: top.get("seed")?,
         anchors: anchors(&top, &bodies)?,
         ground: top.table_if("ground")?.map(|t| ground(&t)).transpose()?,
+        colliders: colliders::colliders(&top, folder)?,
+        contact: colliders::contact(&top)?,
         output: output(&top, duration)?,
         bodies,
         file,
@@ -36,7 +37,7 @@ pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Pat
 }
 
 /// Names become parts of file names and column names.
-fn check_name(name: &str, what: &str) -> Result<(), String> {
+pub(super) fn check_name(name: &str, what: &str) -> Result<(), String> {
     if name.trim().is_empty() || name.contains(['/', '\\']) || name.chars().any(char::is_control) {
         return Err(format!("{what} cannot be called {name:?}; use letters, digits, spaces, `-` and `_`"));
     }
