@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use fissure_engine::{Collider, Kind, Motion, Parameter, Phase, Registry};
+use fissure_engine::{Collider, Kind, Motion, Parameter, Phase, Reaction, Registry, StepError};
 use fissure_io::checkpoint::{About, Store};
 use fissure_io::frames::Frame;
 use fissure_io::scene::{Chosen, Scene};
@@ -217,9 +217,10 @@ impl Driver {
         folder: RunFolder,
         log: Log,
         scene: Scene,
-        simulation: Simulation,
+        mut simulation: Simulation,
         options: &RunArgs,
     ) -> Result<Self, Error> {
+        simulation.world.interrupt = Some(&INTERRUPTED);
         let dt = simulation.world.dt;
         let steps = |time: f64| ((time / dt).round() as u64).max(1);
         let store = folder.store(scene.output.keep)?;
@@ -256,12 +257,15 @@ impl Driver {
             let body = &self.simulation.world.bodies[k];
             let told = &self.scene.bodies[k];
             let bonds = body.material.bonds().map_or(0, |b| b.directed());
-            let entry = registry.entry(&told.law.name).map_err(|e| self.scene.blame(&body.name, &e))?;
-            let material = chosen(&told.law, entry.parameters);
-            let criterion = entry.criteria.iter().find(|c| c.name == told.criterion.name);
-            let fracture = chosen(&told.criterion, criterion.map_or(&[], |c| c.parameters));
+            let described = |law: &Chosen, criterion: &Chosen| {
+                let entry = registry.entry(&law.name).map_err(|e| self.scene.blame(&body.name, &e))?;
+                let known = entry.criteria.iter().find(|c| c.name == criterion.name);
+                let (material, limits) = (chosen(law, entry.parameters), known.map_or(&[][..], |c| c.parameters));
+                Ok::<_, Error>(format!("{material}; fracture {}", chosen(criterion, limits)))
+            };
+            let material = described(&told.law, &told.criterion)?;
             let sentence = format!(
-                "body {}: {} particles, {bonds} directed bonds ({:.1} each), spacing {:.3e} m, horizon {:.3e} m; {material}; fracture {fracture}",
+                "body {}: {} particles, {bonds} directed bonds ({:.1} each), spacing {:.3e} m, horizon {:.3e} m; {material}",
                 body.name,
                 body.range.len(),
                 bonds as f64 / body.range.len().max(1) as f64,
@@ -269,21 +273,42 @@ impl Driver {
                 body.horizon
             );
             self.log.say(&sentence);
+            for part in &told.parts {
+                let density = part.density;
+                let made = described(&part.law, &part.criterion)?;
+                self.log.say(&format!("  region {}: {density} kg/m³, {made}", part.name));
+            }
         }
         let world = &self.simulation.world;
         for c in world.colliders.iter() {
             self.log.say(&format!("collider {}", described(c)));
         }
         let c = &world.contact;
-        let how = if c.between {
+        let how = if world.relaxes().is_some() {
+            "none while every step is an equilibrium".into()
+        } else if c.between {
             format!("friction {}, restitution {}, stiffness {}", c.friction, c.restitution, c.stiffness)
         } else {
             "off".into()
         };
         self.log.say(&format!("contact between particles: {how}"));
-        let dt = world.dt;
-        let how = if self.scene.dt.is_some() { "as given" } else { "from the stable step" };
-        self.log.say(&format!("{} steps of {dt:.3e} s ({how})", self.last));
+        let dt = self.simulation.world.dt;
+        let relax = self.simulation.world.relaxes();
+        let how = match relax {
+            _ if self.scene.dt.is_some() => "as given",
+            Some(_) => "one a frame",
+            None => "from the stable step",
+        };
+        let integrator = self.scene.integrator.name();
+        self.log.say(&format!("{} steps of {dt:.3e} s ({how}), {integrator}", self.last));
+        if let Some(relax) = relax {
+            let sentence = format!(
+                "every step is an equilibrium: unbalanced force below {:.1e} of the load, in at most {} iterations",
+                relax.residual, relax.iterations
+            );
+            self.log.say(&sentence);
+            return Ok(());
+        }
         let stable = self.simulation.world.stable_dt();
         if dt > stable {
             self.log
@@ -304,6 +329,9 @@ impl Driver {
             }
             let before = (Instant::now(), self.simulation.world.profile.total());
             if let Err(error) = self.simulation.step() {
+                if matches!(error, StepError::Interrupted { .. }) {
+                    break;
+                }
                 progress.finish();
                 self.log.tell(&error.to_string(), &json!({ "event": "error", "text": error.to_string() }));
                 let checkpoint = self.checkpoint()?;
@@ -366,7 +394,16 @@ impl Driver {
             bonds / 2,
             counted(pieces as usize, "fragment")
         );
+        let sentence = if world.relaxes().is_some() && world.step > 0 {
+            let relaxed = world.relaxed;
+            let (n, residual) = (relaxed.iterations, relaxed.residual);
+            let rounding = if relaxed.at_rounding { " (rounding)" } else { "" };
+            format!("{sentence}, equilibrium in {n} iterations to {residual:.1e}{rounding} of the load")
+        } else {
+            sentence
+        };
         let event = json!({
+            "iterations": world.relaxed.iterations, "residual": world.relaxed.residual,
             "event": "frame", "frame": frame.number, "step": world.step, "time": world.time,
             "kinetic": energies.kinetic, "elastic": energies.elastic, "gravity": energies.gravity,
             "bonds": bonds / 2, "broken": broken / 2, "fragments": pieces,
@@ -395,9 +432,10 @@ impl Driver {
 
     /// The closing lines.
     fn conclude(&mut self, outcome: Outcome, wall: Duration, steps: u64) {
-        let world = &self.simulation.world;
-        let (bonds, broken) = world.bond_counts();
         let pieces = self.simulation.fragments().1;
+        let world = &mut self.simulation.world;
+        let reactions = if world.anchors.is_empty() { Vec::new() } else { world.reactions() };
+        let (bonds, broken) = world.bond_counts();
         let dir = self.folder.dir().display().to_string();
         let (seconds, n) = (wall.as_secs_f64(), steps.max(1) as f64);
         let per_bond = world.profile.total().as_secs_f64() / n / bonds.max(1) as f64 * 1e9;
@@ -420,9 +458,10 @@ impl Driver {
         let event = json!({
             "event": "end", "outcome": format!("{outcome:?}").to_lowercase(), "step": world.step, "time": world.time,
             "seconds": seconds, "ns_per_bond": per_bond, "bonds": bonds / 2, "broken": broken / 2, "fragments": pieces,
+            "reactions": reactions.iter().map(told).collect::<Vec<_>>(),
             "spent": parts.iter().map(|p| (p.0.clone(), p.1.as_secs_f64().into())).collect::<serde_json::Map<_, _>>(),
         });
-        let lines = [
+        let mut lines = vec![
             how,
             format!(
                 "{steps} steps in {seconds:.1} s, {:.3} ms a step, {per_bond:.2} ns per directed bond",
@@ -431,6 +470,7 @@ impl Driver {
             format!("time: {}", shares.join(", ")),
             format!("{} of {} bonds broken, {}", broken / 2, bonds / 2, counted(pieces, "fragment")),
         ];
+        lines.extend(reactions.iter().map(sentence));
         self.log.close(&lines.join("\n"), &event);
     }
 }
@@ -443,6 +483,19 @@ fn described(c: &Collider) -> String {
         Motion::Free { mass, .. } => format!("free, {mass:.4e} kg"),
     };
     format!("{}: {}, {motion}, friction {}, restitution {}", c.name, c.shape.name(), c.friction, c.restitution)
+}
+
+/// What holding takes, for people.
+fn sentence(r: &Reaction) -> String {
+    let list = |v: glam::DVec3| v.to_array().map(|x| format!("{x:.4e}")).join(", ");
+    let (force, torque, centre) = (list(r.force), list(r.torque), list(r.centre));
+    format!("anchor {}: holding takes a force of ({force}) N and a torque of ({torque}) N m about ({centre})", r.anchor)
+}
+
+/// What holding takes, for programs.
+fn told(r: &Reaction) -> serde_json::Value {
+    let (force, torque, centre) = (r.force.to_array(), r.torque.to_array(), r.centre.to_array());
+    json!({ "anchor": r.anchor, "force": force, "torque": torque, "about": centre })
 }
 
 /// A law or criterion with what the scene gives and what it leaves at its default.

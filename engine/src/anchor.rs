@@ -41,6 +41,12 @@ impl Anchor {
         self.centre + turned + self.velocity * t
     }
 
+    /// Velocity of particle number `k` of the anchor at `time` [m/s].
+    pub fn rate(&self, k: usize, time: f64) -> DVec3 {
+        let middle = self.centre + self.velocity * (time - self.from);
+        self.velocity + self.spin.cross(self.place(k, time) - middle)
+    }
+
     /// Shows every column.
     pub fn visit(&mut self, v: &mut Visitor<'_>) {
         let scope = format!("anchors/{}", self.name);

@@ -1,4 +1,4 @@
-//! The physics of one bond: what a new constitutive law or fracture criterion implements.
+//! The physics of one bond: what a new constitutive law implements.
 //!
 //! A law sees one directed bond i→j from the side of i. It has no loops, threads or indices; the passes in
 //! [`peridynamic`](crate::peridynamic) inline it and evaluate it twice per bond, once from each side, so that the pair
@@ -19,12 +19,15 @@ pub struct Bond<L> {
     pub ext: L,
     /// Λ = ŷ·ξ̂, the cosine between deformed and rest bond; 1 unless the law says [`BondLaw::needs_cos`].
     pub cos: L,
-    /// Influence ω [1] (Eq. 5).
+    /// Influence ω [1] (Eq. 5); times a factor near surfaces for a law with [`BondLaw::compensates_surface`].
     pub weight: L,
     /// Dilatation θ_i [1] of the particle whose side this is (Eq. 6); 0 while θ itself is being summed.
     pub theta: L,
     /// One over the weighted volume m_i = Σ ω |ξ|² V [m⁵].
     pub inv_m: L,
+    /// √(Σ_j norm_share · V_j) of the particle whose side this is, for a law with [`BondLaw::NEEDS_NORM`]; 0 for all others
+    /// and while it is itself being summed.
+    pub norm: L,
 }
 
 /// What a law knows about its body when it is built.
@@ -48,8 +51,17 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     const PARAMETERS: &'static [Parameter];
     /// The remembered numbers of a directed bond; they start at 0 and survive restarts.
     const MEMORY: [Column; M];
-    /// Whether the law reads [`Bond::theta`]. A bond-based law says no and saves a pass.
+    /// Whether the law reads [`Bond::theta`]. A bond-based law says no and saves a pass; its `dilatation` then only serves
+    /// criteria.
     const NEEDS_THETA: bool = true;
+    /// Whether the law reads [`Bond::norm`], as one does that yields on the norm of a whole family. It costs a pass more.
+    const NEEDS_NORM: bool = false;
+    /// A number that every particle adds up and no force reads, a multiplier or a work; it survives restarts.
+    const TALLY: Option<Column> = None;
+
+    /// Whether a body has one of these per region; only [`AnyLaw`](crate::erased::AnyLaw) says so.
+    #[doc(hidden)]
+    const SEVERAL: bool = false;
 
     /// Reads the parameters.
     ///
@@ -73,8 +85,36 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
         horizon / xi.length()
     }
 
-    /// This bond's share of the dilatation: θ_i = Σ_j dilatation · V_j, so its unit is 1/m³.
-    fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L;
+    /// The same for a bond whose middle is at `middle` [m], relative to the middle of the body's bounding box at rest; this
+    /// is what bodies are built with. Default: the same everywhere.
+    fn influence_at(&self, _middle: DVec3, xi: DVec3, horizon: f64) -> f64 {
+        self.influence(xi, horizon)
+    }
+
+    /// Whether the frozen weights get pair factors that give cut-off families near surfaces back the stiffness of full
+    /// ones. Then [`Bond::weight`] is ω times that factor (0.5 to 1.9, 1 inside), and a law that wants ω itself computes
+    /// it from [`Bond::rest`]. For laws whose [`influence`](Self::influence) depends on |ξ| only.
+    fn compensates_surface(&self) -> bool {
+        false
+    }
+
+    /// This bond's share of the dilatation: θ_i = Σ_j dilatation · V_j, so its unit is 1/m³. Default 3/m · ω|ξ|e, that of
+    /// the linear peridynamic solid.
+    #[inline(always)]
+    fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
+        L::of(3.0) * b.inv_m * b.weight * b.rest * b.ext
+    }
+
+    /// This bond's share of the squared norm of its family: norm_i = √(Σ_j norm_share · V_j). Of the memory before the flow,
+    /// and of θ; the unit is the law's own, best such that the norm is a pure number.
+    fn norm_share<L: Lane>(&self, _b: &Bond<L>, _memory: [L; M]) -> L {
+        L::of(0.0)
+    }
+
+    /// What a particle adds to its [`TALLY`](Self::TALLY) in a step, from its norm before the flow and its 1/m [1/m⁵].
+    fn tally(&self, _norm: f64, _inv_m: f64) -> f64 {
+        0.0
+    }
 
     /// T_ij [N/m⁶], positive in tension. `memory` is that before the flow of this step: a plastic law returns the force
     /// on its yield surface and leaves remembering to [`flow`](Self::flow). Must not depend on anything else: evaluating
@@ -87,9 +127,15 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
         memory
     }
 
-    /// The extension that counts towards fracture [m] (Eq. 18); default all of it.
+    /// The extension that counts towards fracture [m] (e − e^p of Eq. 18); default all of it.
     fn elastic_extension<L: Lane>(&self, b: &Bond<L>, _memory: [L; M]) -> L {
         b.ext
+    }
+
+    /// The length [m] that the elastic extension is measured by: over it, it is the fracture stretch (s^ω of Eq. 19
+    /// before damage). Default |ξ|, the plain stretch. Must be the same from both ends and positive.
+    fn gauge<L: Lane>(&self, b: &Bond<L>) -> L {
+        b.rest
     }
 
     /// The energy this directed bond stores, per V_i·V_j [J/m⁶].
@@ -100,46 +146,5 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     /// The energy density that dilatation stores beside the bonds [J/m³].
     fn theta_energy(&self, _theta: f64) -> f64 {
         0.0
-    }
-}
-
-/// When a bond breaks: a plug-in of its own beside the law.
-pub trait Criterion: Sized + Send + Sync + 'static {
-    /// The word used in scene files.
-    const NAME: &'static str;
-    /// One line for `fissure materials`.
-    const SUMMARY: &'static str;
-    /// Every parameter of the criterion.
-    const PARAMETERS: &'static [Parameter];
-    /// False only for [`Unbreakable`]: the passes then skip the test.
-    const BREAKS: bool = true;
-
-    /// Reads the parameters.
-    ///
-    /// # Errors
-    /// What is missing or out of range.
-    fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError>;
-
-    /// How close the bond is to breaking: it breaks where this is above 1. `elastic` is the mean over both sides of the
-    /// extension that counts [m], `damage` the larger φ of the two particles (0 intact, 1 all bonds broken), so that
-    /// both directions of a bond always agree. Must be monotonic in `damage`.
-    fn severity<L: Lane>(&self, b: &Bond<L>, elastic: L, damage: L) -> L;
-}
-
-/// No fracture.
-pub struct Unbreakable;
-
-impl Criterion for Unbreakable {
-    const NAME: &'static str = "none";
-    const SUMMARY: &'static str = "no fracture: bonds never break";
-    const PARAMETERS: &'static [Parameter] = &[];
-    const BREAKS: bool = false;
-
-    fn from_params(_: &Params, _: &Surroundings) -> Result<Self, ParamError> {
-        Ok(Self)
-    }
-
-    fn severity<L: Lane>(&self, _: &Bond<L>, _: L, _: L) -> L {
-        L::of(0.0)
     }
 }

@@ -53,6 +53,12 @@ pub trait Material: Send + Sync {
     /// Largest stable time step [s]; infinite for position-based bodies.
     fn stable_dt(&self, p: &BodyParticles<'_>) -> f64;
 
+    /// What resists the displacement of each particle in its rest shape [N/m], or more; a step of dt is stable where
+    /// 2 m/dt² is above it. Empty for position-based bodies, which cannot be [relaxed](crate::Relax).
+    fn stiffness(&self, _p: &BodyParticles<'_>) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// Adds to `dv` [m/s] what deformation does in `dt` [s]: h·f/ρ for forces. Changes no state: evaluating twice gives
     /// the same bits.
     fn respond(&mut self, p: &BodyParticles<'_>, dt: f64, dv: &mut [DVec3]);
@@ -74,15 +80,21 @@ pub trait Material: Send + Sync {
         None
     }
 
-    /// Bulk modulus [Pa] of the undamaged material, if it has one: contact takes its stiffness from it.
-    fn bulk_modulus(&self) -> Option<f64> {
-        None
+    /// Bulk modulus [Pa] of the undamaged material at each particle, from which contact takes its stiffness. Empty for
+    /// position-based bodies: their contacts are as stiff as the time step allows.
+    fn bulk_moduli(&self) -> Vec<f64> {
+        Vec::new()
     }
 
     /// The bonds, if the material has any. Particles without an intact bond meet as strangers; those of one body without bonds
     /// do not meet.
     fn bonds(&self) -> Option<&Bonds> {
         None
+    }
+
+    /// Whether restored columns fit each other and so many particles; a file with right checksums may still lie.
+    fn consistent(&self, particles: usize) -> bool {
+        self.bonds().is_none_or(|b| b.consistent(particles))
     }
 
     /// Shows every array that must survive a restart, always in the same order.

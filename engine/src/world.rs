@@ -1,6 +1,7 @@
 //! The world: all particles, the bodies they belong to, and the step.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -11,9 +12,11 @@ use crate::bonds::Families;
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
 use crate::contact::{self, Collider, Contact};
+use crate::integrate::Integrator;
 use crate::material::{BuildError, Geometry, Link, Material};
 use crate::particles::Particles;
 use crate::phase::{Phase, Profile};
+use crate::relax::{Relax, Relaxed, Scratch};
 
 /// A range of particles with a material.
 pub struct Body {
@@ -90,6 +93,41 @@ pub enum StepError {
         /// The time step [s].
         dt: f64,
     },
+    /// Forces that cannot be balanced, or not within the iterations. Particles are where they were before the step; if
+    /// bonds broke in it, at the equilibrium in which they did, with the anchors at the end of the step.
+    #[error(
+        "no equilibrium at time {time} s (step {step}): after {iterations} iterations the unbalanced force is {residual:.1e} of the load instead of {wanted:.1e}, most of it at body `{body}`, particle {particle}; is there a piece that nothing holds? If not, load in smaller steps (dt), or give more `iterations` or a larger `residual`"
+    )]
+    NoEquilibrium {
+        /// Body name.
+        body: String,
+        /// Particle id in the body's input.
+        particle: u32,
+        /// Unbalanced force as a share of the load.
+        residual: f64,
+        /// What was wanted.
+        wanted: f64,
+        /// Iterations made.
+        iterations: u64,
+        /// Step that failed.
+        step: u64,
+        /// Time at its end [s].
+        time: f64,
+    },
+    /// A body that knows no forces.
+    #[error("body `{body}` is of a material without forces, which cannot be relaxed; choose another integrator")]
+    Unrelaxable {
+        /// Body name.
+        body: String,
+    },
+    /// [`World::interrupt`] was set; particles are as after [`NoEquilibrium`](Self::NoEquilibrium).
+    #[error("interrupted at step {step}, time {time} s")]
+    Interrupted {
+        /// Step that was not finished.
+        step: u64,
+        /// Time at its start [s].
+        time: f64,
+    },
 }
 
 /// Energies of a world [J].
@@ -117,7 +155,9 @@ pub struct World {
     pub contact: Contact,
     /// Gravity [m/s²].
     pub gravity: DVec3,
-    /// Time step [s].
+    /// How forces become motion.
+    pub integrator: Integrator,
+    /// Time step [s]; the load step of a relaxation.
     pub dt: f64,
     /// Time [s].
     pub time: f64,
@@ -125,8 +165,17 @@ pub struct World {
     pub step: u64,
     /// Where the time went.
     pub profile: Profile,
-    /// Velocity change of the step [m/s]; scratch.
-    dv: Vec<DVec3>,
+    /// How the last equilibrium was found, if the world is relaxed.
+    pub relaxed: Relaxed,
+    /// Ends a relaxation, which may take long, when it is set.
+    pub interrupt: Option<&'static AtomicBool>,
+    /// Acceleration at the present positions [m/s²]; of velocity Verlet alone.
+    pub(crate) acceleration: Buffer<DVec3>,
+    /// Velocity change of the step [m/s]; scratch, as are the following.
+    pub(crate) dv: Vec<DVec3>,
+    /// Positions and velocities before the step.
+    pub(crate) kept: [Vec<DVec3>; 2],
+    pub(crate) relaxing: Scratch,
 }
 
 impl Default for World {
@@ -138,11 +187,17 @@ impl Default for World {
             colliders: Vec::new(),
             contact: Contact::default(),
             gravity: DVec3::ZERO,
+            integrator: Integrator::default(),
             dt: 0.0,
             time: 0.0,
             step: 0,
             profile: Profile::default(),
+            relaxed: Relaxed::default(),
+            interrupt: None,
+            acceleration: Buffer::default(),
             dv: Vec::new(),
+            kept: Default::default(),
+            relaxing: Scratch::default(),
         }
     }
 }
@@ -185,34 +240,103 @@ impl World {
         Ok(self.bodies.last_mut().expect("just pushed"))
     }
 
-    /// Largest step [s] at which every body is stable.
+    /// Largest step [s] at which every body is stable, also where it rests on another or on a collider.
     pub fn stable_dt(&self) -> f64 {
         let limit = |b: &Body| b.material.stable_dt(&self.particles.of(&b.range));
-        self.bodies.iter().map(limit).fold(f64::INFINITY, f64::min)
+        let touching = self.relaxes().is_none() && (self.bodies.len() > 1 || !self.colliders.is_empty());
+        self.bodies.iter().map(limit).fold(f64::INFINITY, f64::min) * if touching { contact::SHARE } else { 1.0 }
     }
 
-    /// Makes one step of `dt` by symplectic Euler: v += h f/ρ + h g, then x += h v.
+    /// Makes one step of `dt` by the [`Integrator`].
     ///
     /// # Errors
-    /// A force that is not finite or absurd; then nothing has changed.
+    /// A force that is not finite or absurd; then nothing has changed. No equilibrium, see [`StepError::NoEquilibrium`].
     pub fn step(&mut self) -> Result<(), StepError> {
+        self.contact.note_cuts(&self.bodies);
+        self.bodies.iter_mut().for_each(|b| b.cuts.clear());
         let mut profile = self.profile;
+        let done = match self.integrator {
+            Integrator::SymplecticEuler => self.step_euler(&mut profile),
+            Integrator::VelocityVerlet => self.step_verlet(&mut profile),
+            Integrator::Relax(limit) => self.step_relax(limit, &mut profile),
+        };
+        self.profile = profile;
+        if done.is_ok() {
+            self.tick();
+        }
+        done
+    }
+
+    fn step_euler(&mut self, profile: &mut Profile) -> Result<(), StepError> {
         profile.time(Phase::Respond, || self.respond())?;
         profile.time(Phase::Contact, || self.contact());
-        profile.time(Phase::Flow, || self.bodies.iter_mut().for_each(|b| b.material.flow(self.dt)));
+        profile.time(Phase::Flow, || self.flow(self.dt));
         profile.time(Phase::Fracture, || self.fracture());
-        profile.time(Phase::Integrate, || self.integrate());
-        self.profile = profile;
+        profile.time(Phase::Integrate, || self.advance());
         Ok(())
     }
 
+    fn step_verlet(&mut self, profile: &mut Profile) -> Result<(), StepError> {
+        profile.time(Phase::Integrate, || self.half_kick());
+        profile.time(Phase::Contact, || self.contact());
+        profile.time(Phase::Integrate, || (self.keep(), self.advance()));
+        profile.time(Phase::Respond, || self.respond()).inspect_err(|_| self.undo())?;
+        profile.time(Phase::Flow, || self.flow(self.dt));
+        profile.time(Phase::Fracture, || self.fracture());
+        profile.time(Phase::Integrate, || self.finish());
+        Ok(())
+    }
+
+    fn step_relax(&mut self, limit: Relax, profile: &mut Profile) -> Result<(), StepError> {
+        let mut dt = self.dt;
+        profile.time(Phase::Integrate, || self.load())?;
+        loop {
+            self.equilibrium(limit, profile).inspect_err(|_| self.undo())?;
+            profile.time(Phase::Flow, || self.flow(std::mem::take(&mut dt)));
+            let before = self.cut_count();
+            profile.time(Phase::Fracture, || self.fracture());
+            self.relax_again();
+            if self.cut_count() == before {
+                return Ok(());
+            }
+        }
+    }
+
+    fn equilibrium(&mut self, limit: Relax, profile: &mut Profile) -> Result<(), StepError> {
+        loop {
+            if self.interrupt.is_some_and(|stop| stop.load(Ordering::Relaxed)) {
+                return Err(StepError::Interrupted { step: self.step, time: self.time });
+            }
+            profile.time(Phase::Respond, || self.evaluate(1.0));
+            profile.time(Phase::Integrate, || self.lighten());
+            self.check_forces(0.0)?;
+            profile.time(Phase::Contact, || self.lean());
+            if profile.time(Phase::Integrate, || self.ease(limit))? {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Velocity changes of the step, if they are sane.
     fn respond(&mut self) -> Result<(), StepError> {
+        self.evaluate(self.dt);
+        self.check_forces(self.dt)
+    }
+
+    /// What gravity and deformation change of the velocities in `h` [s], into `dv`. Changes no state.
+    pub(crate) fn evaluate(&mut self, h: f64) {
         self.dv.clear();
-        self.dv.resize(self.particles.len(), DVec3::ZERO);
+        self.dv.resize(self.particles.len(), self.gravity * h);
         for body in &mut self.bodies {
-            let dv = &mut self.dv[body.range.clone()];
-            body.material.respond(&self.particles.of(&body.range), self.dt, dv);
-            let limit = body.spacing / self.dt;
+            body.material.respond(&self.particles.of(&body.range), h, &mut self.dv[body.range.clone()]);
+        }
+    }
+
+    /// Refuses velocity changes that are not finite or would throw a particle past its neighbours within `h` [s]; at 0 none is too far.
+    fn check_forces(&self, h: f64) -> Result<(), StepError> {
+        for body in &self.bodies {
+            let dv = &self.dv[body.range.clone()];
+            let limit = body.spacing / h;
             let wild = |d: &DVec3| d.length_squared() > limit * limit || !d.is_finite();
             let bad = dv.par_iter().with_min_len(4096).position_first(wild);
             if let Some(k) = bad {
@@ -228,52 +352,38 @@ impl World {
         Ok(())
     }
 
+    /// Changes `dv` so that nothing passes anything else in this step.
     fn contact(&mut self) {
-        let scene = contact::Scene {
-            particles: &self.particles,
-            bodies: &self.bodies,
-            anchors: &self.anchors,
-            fall: self.gravity * self.dt,
-            dt: self.dt,
-            time: self.time,
-        };
-        self.contact.resolve(&scene, &mut self.colliders, &mut self.dv);
+        let Self { particles, bodies, anchors, colliders, contact, dv, .. } = self;
+        let (dt, time) = (self.dt, self.time);
+        let scene = contact::Scene { particles, bodies, anchors, fall: self.gravity * dt, dt, time };
+        contact.resolve(&scene, colliders, dv);
+    }
+
+    /// Changes `dv` so that nothing passes a collider in one iteration of a relaxation; they stand where the step ends.
+    fn lean(&mut self) {
+        let Self { particles, bodies, anchors, colliders, contact, dv, .. } = self;
+        let time = self.time + self.dt;
+        let scene = contact::Scene { particles, bodies, anchors, fall: DVec3::ZERO, dt: 1.0, time };
+        contact.lean(&scene, colliders, dv);
+    }
+
+    fn flow(&mut self, dt: f64) {
+        self.bodies.iter_mut().for_each(|b| b.material.flow(dt));
     }
 
     fn fracture(&mut self) {
         for body in &mut self.bodies {
-            body.cuts.clear();
             body.material.fracture(&mut self.particles.damage[body.range.clone()], &mut body.cuts);
         }
     }
 
-    fn integrate(&mut self) {
-        let (dt, fall) = (self.dt, self.gravity * self.dt);
-        self.step += 1;
-        self.time += dt;
-        let p = &mut self.particles;
-        let (x, v) = (&mut p.position[..], &mut p.velocity[..]);
-        v.par_iter_mut().zip(x).zip(&self.dv).with_min_len(1024).for_each(|((v, x), dv)| {
-            *v += *dv + fall;
-            *x += *v * dt;
-        });
-        self.colliders.iter_mut().for_each(|c| c.advance(self.time, dt));
-        let middle = self.time - 0.5 * dt;
-        for anchor in self.anchors.iter_mut().filter(|a| a.holds(middle)) {
-            let takes_hold = !anchor.holds(middle - dt);
-            for k in 0..anchor.particles.len() {
-                let i = anchor.particles[k] as usize;
-                if takes_hold {
-                    anchor.start[k] = p.position[i] - p.velocity[i] * dt;
-                }
-                let (before, place) = (anchor.place(k, self.time - dt), anchor.place(k, self.time));
-                p.velocity[i] = (place - before) / dt;
-                p.position[i] = place;
-            }
-        }
+    fn cut_count(&self) -> usize {
+        self.bodies.iter().map(|b| b.cuts.len()).sum()
     }
 
-    /// Energies of the present state. Leapfrog: velocities belong to half a step before the positions.
+    /// Energies of the present state. With symplectic Euler velocities belong to half a step before the positions, so the
+    /// sum swings a little; velocity Verlet has both at one time.
     pub fn energies(&mut self) -> Energies {
         let p = &self.particles;
         let free = || self.colliders.iter().filter(|c| c.is_free());
@@ -294,6 +404,7 @@ impl World {
 
     /// Shows every column of the world, always in the same order.
     pub fn visit(&mut self, v: &mut Visitor<'_>) {
+        self.know_accelerations();
         let mut clock = Buffer::new(vec![self.time, self.dt]);
         let mut step = Buffer::new(vec![self.step]);
         v("world", &Column::live("clock", "s", Of::Thing), &mut clock);
@@ -302,6 +413,9 @@ impl World {
             (self.time, self.dt, self.step) = (*time, *dt, *step);
         }
         self.particles.visit(v);
+        if self.integrator == Integrator::VelocityVerlet {
+            v("particles", &Column::live("acceleration", "m/s^2", Of::Particle), &mut self.acceleration);
+        }
         for body in &mut self.bodies {
             let scope = format!("bodies/{}", body.name);
             let mut range = Buffer::new(vec![body.range.start as u64, body.range.end as u64]);

@@ -5,6 +5,7 @@ pub mod anisotropic;
 pub mod conformance;
 mod isotropic;
 mod lps;
+mod mitchell;
 pub mod moduli;
 mod plastic;
 mod pmb;
@@ -15,6 +16,7 @@ pub mod yielding;
 pub use anisotropic::Anisotropic;
 pub use isotropic::Isotropic;
 pub use lps::Lps;
+pub use mitchell::Mitchell;
 pub use plastic::Plastic;
 pub use pmb::Pmb;
 pub use viscoelastic::Viscoelastic;
@@ -30,5 +32,6 @@ pub fn registry() -> Registry {
         .bonds::<Anisotropic<Plastic>, _>()
         .bonds::<Viscoelastic, _>()
         .bonds::<Lps, _>()
+        .bonds::<Mitchell, _>()
         .bonds::<Pmb, _>()
 }

@@ -51,20 +51,9 @@ impl BondLaw<0> for Lps {
     }
 
     #[inline(always)]
-    fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
-        L::of(3.0) * b.inv_m * b.weight * b.rest * b.ext
-    }
-
-    #[inline(always)]
     fn force<L: Lane>(&self, b: &Bond<L>, _: [L; 0]) -> L {
         let bulk = L::of(3.0 * self.kappa - 5.0 * self.mu) * b.theta * b.rest;
         b.inv_m * b.weight * (bulk + L::of(15.0 * self.mu) * b.ext)
-    }
-
-    /// e ω, so that a criterion, which divides by ω|ξ|, sees e/|ξ|.
-    #[inline(always)]
-    fn elastic_extension<L: Lane>(&self, b: &Bond<L>, _: [L; 0]) -> L {
-        b.ext * b.weight
     }
 
     /// The deviatoric energy multiplied out, less 5μ/3 of κ in the dilatation; see [`Isotropic`](crate::Isotropic).

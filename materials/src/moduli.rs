@@ -41,7 +41,7 @@ pub fn bulk_and_shear(p: &Params) -> Result<(f64, f64), ParamError> {
         (Some(k), Some(g), None, None) => Ok((k, g)),
         (None, None, Some(e), Some(nu)) => Ok((e / (3.0 * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))),
         _ => Err(ParamError::new(
-            BULK.name,
+            p.given_of(&[BULK.name, SHEAR.name, YOUNG.name, POISSON.name]),
             "give either `bulk_modulus` and `shear_modulus` [Pa], or `young_modulus` [Pa] and `poisson_ratio`".into(),
         )),
     }

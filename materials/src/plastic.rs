@@ -16,6 +16,8 @@ use crate::{Isotropic, moduli, yielding};
 pub struct Plastic {
     elastic: Isotropic,
     as_written: bool,
+    /// Whether ω depends on direction too, and the yield stretch with it.
+    directional: bool,
     delta: f64,
     /// s_y, the elastic deviatoric stretch at yield [1].
     yield_stretch: f64,
@@ -49,11 +51,15 @@ impl BondLaw<1> for Plastic {
         let (_, mu) = moduli::bulk_and_shear(p)?;
         let yield_stretch = yielding::stretch(p, mu, at.horizon, as_written)?;
         let cap = p.optional(yielding::CAP.name).unwrap_or(f64::INFINITY);
-        Ok(Self { elastic, as_written, delta: at.horizon, yield_stretch, cap })
+        Ok(Self { elastic, as_written, directional: false, delta: at.horizon, yield_stretch, cap })
     }
 
     fn needs_cos(&self) -> bool {
         self.elastic.needs_cos()
+    }
+
+    fn compensates_surface(&self) -> bool {
+        self.elastic.compensates_surface()
     }
 
     fn has_energy(&self) -> bool {
@@ -82,6 +88,11 @@ impl BondLaw<1> for Plastic {
         b.ext - if self.as_written { memory[0] } else { self.flowed(b, memory) }
     }
 
+    #[inline(always)]
+    fn gauge<L: Lane>(&self, b: &Bond<L>) -> L {
+        self.elastic.gauge(b)
+    }
+
     /// What elastic unloading gives back; its gradient at given e^p is the force.
     #[inline(always)]
     fn bond_energy<L: Lane>(&self, b: &Bond<L>, memory: [L; 1]) -> L {
@@ -94,6 +105,11 @@ impl BondLaw<1> for Plastic {
 }
 
 impl Plastic {
+    /// The same solid under an influence that depends on the direction of the bond.
+    pub(crate) fn directional(self) -> Self {
+        Self { directional: true, ..self }
+    }
+
     /// e^p after the return (Eqs. 13–16).
     #[inline(always)]
     fn flowed<L: Lane>(&self, b: &Bond<L>, [plastic]: [L; 1]) -> L {
@@ -103,7 +119,12 @@ impl Plastic {
             L::of(1.0 / 3.0) * b.theta * b.rest
         };
         let elastic = b.ext - dilatation - plastic;
-        let limit = L::of(self.yield_stretch * self.delta) / b.weight;
+        // s_y δ/ω; for ω = δ/|ξ| without a division, and without the surface factor in `weight`
+        let limit = if self.directional {
+            L::of(self.yield_stretch * self.delta) / b.weight
+        } else {
+            L::of(self.yield_stretch) * b.rest
+        };
         let excess = elastic - elastic.clamp(-limit, limit);
         // (A − A_c)/(4ωb), or /(2b) as Eq. 15 is printed
         let step = if self.as_written { L::of(2.0) * b.weight * excess } else { excess };

@@ -35,7 +35,7 @@ impl BondLaw<0> for Pmb {
             (None, Some(young)) => young / 1.5, // E = 3κ(1 − 2ν)
             _ => {
                 let message = "give either `bulk_modulus` or `young_modulus` [Pa]; Poisson's ratio is 1/4";
-                return Err(ParamError::new(moduli::BULK.name, message.into()));
+                return Err(ParamError::new(p.given_of(&[moduli::BULK.name, moduli::YOUNG.name]), message.into()));
             }
         };
         Ok(Self { c: 18.0 * kappa / (PI * at.horizon.powi(4)), taper: Taper::from_params(p) })
@@ -49,20 +49,10 @@ impl BondLaw<0> for Pmb {
         self.taper.share(xi.length(), horizon)
     }
 
-    fn dilatation<L: Lane>(&self, _: &Bond<L>) -> L {
-        L::of(0.0)
-    }
-
     /// Half of the pair force: the other half comes from the other side.
     #[inline(always)]
     fn force<L: Lane>(&self, b: &Bond<L>, _: [L; 0]) -> L {
         L::of(0.5 * self.c) * b.weight * b.ext / b.rest
-    }
-
-    /// e ω, so that a criterion, which divides by ω|ξ|, sees e/|ξ|.
-    #[inline(always)]
-    fn elastic_extension<L: Lane>(&self, b: &Bond<L>, _: [L; 0]) -> L {
-        b.ext * b.weight
     }
 
     /// Half of the pair's ½ c e²/|ξ|.

@@ -50,6 +50,10 @@ impl BondLaw<2> for Viscoelastic {
         Ok(Self { elastic, share: p.number("relaxing_share"), time: p.number("relaxation_time") })
     }
 
+    fn compensates_surface(&self) -> bool {
+        true
+    }
+
     fn has_energy(&self) -> bool {
         true
     }
@@ -74,6 +78,11 @@ impl BondLaw<2> for Viscoelastic {
         let sum = high + change;
         let added = sum - high;
         [sum, (high - (sum - added)) + (change - added)]
+    }
+
+    #[inline(always)]
+    fn gauge<L: Lane>(&self, b: &Bond<L>) -> L {
+        self.elastic.gauge(b)
     }
 
     /// The two springs: 1 − g along e, g along e − e^v.

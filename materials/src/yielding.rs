@@ -38,7 +38,7 @@ pub fn stretch(p: &Params, mu: f64, delta: f64, as_written: bool) -> Result<f64,
         _ => {
             let message =
                 "give either `yield_stress` [Pa] or `yield_stretch`, or `psi0` with formulation = \"as_written\"";
-            return Err(ParamError::new(STRESS.name, message.into()));
+            return Err(ParamError::new(p.given_of(&[STRESS.name, STRETCH.name, PSI0.name]), message.into()));
         }
     };
     if stretch < LEAST {

@@ -1,6 +1,6 @@
 //! Bodies whose particles and law are given number by number, as the reference of a test has them.
 
-use fissure_engine::{BodyInput, Surroundings, Value, World};
+use fissure_engine::{BodyInput, Families, Surroundings, Value, World};
 use glam::{DMat3, DVec3};
 
 use crate::naive_families;
@@ -30,6 +30,11 @@ pub struct Given<'a> {
 impl Given<'_> {
     /// A world with this body alone, at rest, with no gravity, and dt not set.
     pub fn world(&self) -> World {
+        self.world_of(naive_families(self.points, self.horizon))
+    }
+
+    /// As [`world`](Self::world), with these families.
+    pub fn world_of(&self, families: Families) -> World {
         let own = |pairs: &[(&str, Value)]| pairs.iter().map(|(k, v)| (k.to_string(), v.clone())).collect::<Vec<_>>();
         let at = Surroundings { horizon: self.horizon, spacing: self.spacing };
         let material = fissure_materials::registry()
@@ -45,12 +50,20 @@ impl Given<'_> {
             horizon: self.horizon,
             velocity: DVec3::ZERO,
             spin: DVec3::ZERO,
-            families: naive_families(self.points, self.horizon),
+            families,
         };
         let mut world = World::default();
         world.add(input, material).expect("volumes are positive");
         world
     }
+}
+
+/// `cells` particles at distance `spacing` [m] along each axis, around the origin; x slowest.
+pub fn lattice(cells: [usize; 3], spacing: f64) -> Vec<DVec3> {
+    let [_, ny, nz] = cells;
+    let middle = DVec3::from(cells.map(|n| (n as f64 - 1.0) / 2.0));
+    let cell = |k: usize| DVec3::new((k / (ny * nz)) as f64, (k / nz % ny) as f64, (k % nz) as f64);
+    (0..cells.iter().product()).map(|k| (cell(k) - middle) * spacing).collect()
 }
 
 /// Moves every particle to F times its rest position.

@@ -1,5 +1,6 @@
 //! Small bodies that the integration tests share.
 
+pub mod bar;
 pub mod given;
 
 use fissure_engine::{BodyInput, Families, Surroundings, Value, World};

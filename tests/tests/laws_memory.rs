@@ -13,6 +13,8 @@ fn hit_hard_they_keep_momentum_lose_energy_and_agree_with_their_twins() {
     let weak = ("matrix", Value::List(vec![1.0, 1.0, 2.0]));
     hit_hard("plastic", "plastic_extension", [&moduli[..], std::slice::from_ref(&yields)].concat());
     hit_hard("anisotropic_plastic", "plastic_extension", [&moduli[..], &[yields, weak]].concat());
+    let norm = number("yield_stress", 3.0 * 4e5 * 2e-3);
+    hit_hard("mitchell", "plastic_extension", [&moduli[..], &[norm]].concat());
     hit_hard("viscoelastic", "viscous_extension", [&moduli[..], &relaxes].concat());
 }
 

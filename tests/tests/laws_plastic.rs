@@ -35,6 +35,7 @@ fn bond(k: u64) -> Bond<f64> {
         weight: HORIZON / rest,
         theta: 0.01 * noise(k + 2),
         inv_m: 3e3,
+        norm: 0.0,
     }
 }
 
@@ -70,7 +71,7 @@ fn the_return_lands_on_the_yield_surface_and_plastic_work_is_never_negative() {
 fn the_cap_of_eq_16_stops_the_flow_and_the_force_grows_again() {
     let plastic: Plastic = law(&[number("yield_stretch", STRETCH), number("plastic_cap", 0.01)]).unwrap();
     let elastic: Isotropic = law(&[]).unwrap();
-    let b = Bond { ext: 0.1 * 0.05, rest: 0.1, cos: 1.0, weight: 2.6, theta: 0.0, inv_m: 3e3 };
+    let b = Bond { ext: 0.1 * 0.05, rest: 0.1, cos: 1.0, weight: 2.6, theta: 0.0, inv_m: 3e3, norm: 0.0 };
     assert_eq!(plastic.flow(&b, [0.0], 0.0), [0.01 * 0.1]);
     // what is left beyond the cap is elastic
     assert_eq!(plastic.force(&b, [0.0]), elastic.force(&Bond { ext: b.ext - 0.001, ..b }, []));
@@ -83,7 +84,7 @@ fn as_written_overshoots_by_two_omega() {
     let word = ("formulation", Value::Word("as_written".into()));
     let plastic: Plastic = law(&[word.clone(), number("yield_stretch", STRETCH)]).unwrap();
     let elastic: Isotropic = law(std::slice::from_ref(&word)).unwrap();
-    let b = Bond { ext: 0.1 * 0.01, rest: 0.1, cos: 1.0, weight: 2.6, theta: 0.0, inv_m: 3e3 };
+    let b = Bond { ext: 0.1 * 0.01, rest: 0.1, cos: 1.0, weight: 2.6, theta: 0.0, inv_m: 3e3, norm: 0.0 };
     let force = |stretch: f64| elastic.force(&Bond { ext: stretch * b.rest, ..b }, []);
     let (trial, surface) = (force(0.01), force(STRETCH));
     let want = surface + (1.0 - 2.0 * b.weight) * (trial - surface);
@@ -138,7 +139,7 @@ fn a_sheared_block_keeps_the_dent_of_the_closed_form() {
     let shear = |gamma: f64| DMat3::from_cols(DVec3::X, DVec3::new(gamma, 1.0, 0.0), DVec3::Z);
     // all bonds at yield: 10/π μ s_y
     assert!((15.0 * capped(1e3, 1.0) - 10.0 / std::f64::consts::PI).abs() < 1e-3);
-    for (n, family, bound) in [(10, 3.6, 0.015), (16, 5.6, 0.006)] {
+    for (n, family, bound) in [(10, 3.6, 0.015), (16, 5.6, 0.012)] {
         let spacing = 1.0 / f64::from(n);
         let points: Vec<DVec3> = (0..n * n * n)
             .map(|k| {
@@ -182,7 +183,7 @@ fn a_sheared_block_keeps_the_dent_of_the_closed_form() {
             dent / (gamma - want),
             again / loaded
         );
-        // measured 1.0098 and .9966, dents .9955 and 1.0014: how evenly directions are sampled. A plain lattice with a
+        // measured .9979 and .9910, dents 1.0008 and 1.0040 (without surface factors 1.0098 and .9966): how evenly directions are sampled. A plain lattice with a
         // family of 2.6 is 5 % soft at any size
         assert!((loaded / want - 1.0).abs() < bound && (dent / (gamma - want) - 1.0).abs() < bound);
         assert!((again / loaded).abs() < 1e-6); // measured 6e-8
@@ -197,14 +198,21 @@ fn it_gives_way_at_the_tensile_stress_it_says() {
     // under uniaxial stress the bond along it has the largest deviatoric stretch
     let flowed = |stress: f64| {
         let strain = stress / e;
-        let b =
-            Bond { ext: strain * 0.1, theta: (1.0 - 2.0 * nu) * strain, rest: 0.1, cos: 1.0, weight: 2.6, inv_m: 3e3 };
+        let b = Bond {
+            ext: strain * 0.1,
+            theta: (1.0 - 2.0 * nu) * strain,
+            rest: 0.1,
+            cos: 1.0,
+            weight: 2.6,
+            inv_m: 3e3,
+            norm: 0.0,
+        };
         plastic.flow(&b, [0.0], 0.0)[0]
     };
     assert_eq!(flowed(0.9999 * sigma), 0.0);
     assert!(flowed(1.0001 * sigma) > 0.0);
     // pure dilatation yields nothing, at any size
-    let b = Bond { ext: 0.01, theta: 0.3, rest: 0.1, cos: 1.0, weight: 2.6, inv_m: 3e3 };
+    let b = Bond { ext: 0.01, theta: 0.3, rest: 0.1, cos: 1.0, weight: 2.6, inv_m: 3e3, norm: 0.0 };
     assert_eq!(plastic.flow(&b, [0.0], 0.0), [0.0]);
 }
 

@@ -50,9 +50,9 @@ fn a_strained_block_pulls_with_its_moduli() {
         println!("{n} across: stress {:+.2} %, shear {:+.2} %", 100.0 * axial, 100.0 * shear);
         errors.push(axial.abs().max(shear.abs()));
     }
-    // measured .166 and .080: plain normalisation by m_i makes the rims of the section stiff, over a layer as thick as
-    // the horizon, so half as much at twice the particles across
-    assert!(errors[0] < 0.18 && errors[1] < 0.09 && errors[1] < 0.6 * errors[0], "{errors:?}");
+    // measured .068 and .030; without the surface treatment .166 and .080. An affine strain is stiffer than the relaxed
+    // one that the treatment aims at (see the comparison with finite elements).
+    assert!(errors[0] < 0.075 && errors[1] < 0.035, "{errors:?}");
 }
 
 #[test]
@@ -107,11 +107,13 @@ fn energy_is_kept_and_the_predicted_step_is_the_limit() {
     println!("energy drift after 2000 steps {drift:+.2e}");
     assert!(drift.abs() < 1e-4, "{drift:e}"); // measured -1.8e-5, falling with the square of the amplitude
 
-    // the bound is safe by a third on a jittered block: it blows up between 1.3 and 1.4
-    let mut unstable = start();
-    unstable.dt = 1.5 * unstable.stable_dt();
-    let blown = (0..2000).any(|_| unstable.step().is_err());
-    assert!(blown, "1.5 times the stable step should blow up and be caught");
+    let blows_up = |factor: f64| {
+        let mut world = start();
+        world.dt = factor * world.stable_dt();
+        (0..2000).any(|_| world.step().is_err())
+    };
+    assert!(!blows_up(1.0), "the stable step should be stable");
+    assert!(blows_up(1.3), "1.3 times the stable step should blow up and be caught");
 }
 
 #[test]
@@ -132,7 +134,7 @@ fn the_default_is_objective_and_as_written_is_not() {
     let default = || vec![("bulk_modulus", Value::Number(kappa)), ("shear_modulus", Value::Number(mu))];
     let (upright, turned) = (response(default(), 0.0), response(default(), 90.0));
     println!("default: {upright:.4} upright, {turned:.4} turned");
-    assert!((upright / turned - 1.0).abs() < 1e-9); // both 1.0639: surfaces are stiff
+    assert!((upright / turned - 1.0).abs() < 1e-9); // both 1.0262: an affine strain is stiff at surfaces
 
     let written = response(as_written(kappa, mu), 90.0) / response(as_written(kappa, mu), 0.0);
     let predicted = (5.0 / 3.0 * mu + (kappa - 5.0 / 3.0 * mu) / 9.0) / kappa;

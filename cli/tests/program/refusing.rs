@@ -30,7 +30,7 @@ fn line_of(text: &str, part: &str) -> usize {
 }
 
 /// Wants the sentence to begin with file and line of `part`, and to have the words.
-fn at_line(shop: &Workshop, text: &str, part: &str, words: &[&str]) {
+pub fn at_line(shop: &Workshop, text: &str, part: &str, words: &[&str]) {
     let sentence = refused(shop, text);
     let place = format!("scene.toml:{}: ", line_of(text, part));
     assert!(sentence.starts_with(&place), "{place} of {sentence}");

@@ -197,3 +197,57 @@ fn a_running_run_is_not_resumed() {
     child.wait().unwrap();
     shop.good(&["resume", "r", "--until", "0.03", "--quiet"]);
 }
+
+/// A box that is pulled by both ends until it tears, every frame an equilibrium.
+const PULLED: &str = r#"
+duration = 0.06
+gravity = [0, 0, 0]
+integrator = "relax"
+residual = 1e-4
+
+[body.box]
+shape = { kind = "box", size = [0.1, 0.1, 0.1] }
+tets = 1000
+density = 1000
+material = { law = "plastic", bulk_modulus = 5e5, shear_modulus = 3e5, yield_stretch = 0.02 }
+fracture = { critical_stretch = 0.05 }
+
+[[anchor]]
+body = "box"
+name = "bottom"
+box = [[-1, -1, -1], [1, -0.03, 1]]
+
+[[anchor]]
+body = "box"
+name = "top"
+box = [[-1, 0.03, -1], [1, 1, 1]]
+velocity = [0, 0.1, 0]
+
+[output]
+frame_every = 0.01
+checkpoint_every = 0.02
+picture = { width = 64, height = 48 }
+"#;
+
+#[test]
+fn by_other_integrators() {
+    let shop = Workshop::new();
+    shop.put("box.toml", PULLED);
+    let whole = whole(&shop, &[]);
+    shop.good(&["run", "box.toml", "--out", "r", "--until", "0.03"]);
+    let answer = shop.good(&["resume", "r"]);
+    assert_same(&whole, &shop.bytes("r"), "stopped between equilibria");
+    let log = fs::read_to_string(shop.path("r/run.log")).unwrap();
+    assert!(log.contains("6 steps of 1.000e-2 s (one a frame), relax"), "{log}");
+    assert_eq!(log.matches(", equilibrium in ").count(), 6, "{log}");
+    assert!(answer.out.contains("anchor top: holding takes a force of ("), "{answer}");
+
+    shop.put("box.toml", PULLED.replace("\"relax\"\nresidual = 1e-4", "\"velocity_verlet\""));
+    let json = shop.good(&["run", "box.toml", "--out", "v", "--json"]);
+    let end = json.out.lines().last().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap()).unwrap();
+    let pull = |k: usize| end["reactions"][k]["force"][1].as_f64().unwrap();
+    assert!(pull(0) < 0.0 && pull(1) > 0.0 && end["reactions"][1]["anchor"] == "top", "{end}");
+    shop.good(&["run", "box.toml", "--out", "w", "--until", "0.0123"]);
+    shop.good(&["resume", "w"]);
+    assert_same(&shop.bytes("v"), &shop.bytes("w"), "stopped on the way");
+}

@@ -46,7 +46,13 @@ impl Pose {
         let (next, turned) = collider.pose(time + dt);
         let moves = !collider.is_free() && (next != position || turned != orientation);
         let path = moves.then(|| (DMat3::from_quat(turned * orientation.inverse()), next - position));
-        Self { position, turn: DMat3::from_quat(orientation), path, radius: collider.shape.radius(), dt }
+        Self { path, ..Self::standing(collider, time, dt) }
+    }
+
+    /// The collider as it is at `time` [s], not moving for a step of `dt` [s].
+    pub fn standing(collider: &Collider, time: f64, dt: f64) -> Self {
+        let (position, orientation) = collider.pose(time);
+        Self { position, turn: DMat3::from_quat(orientation), path: None, radius: collider.shape.radius(), dt }
     }
 
     /// Velocity [m/s] of the collider at `x` on its path; 0 where it has none.

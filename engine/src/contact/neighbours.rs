@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use super::grid::Grid;
 use super::{Scene, Still};
 use crate::bonds::CHUNK;
+use crate::world::Body;
 
 /// Slack in mean radii: of every particle, and the most that room for [`STEPS`] of the fastest may add.
 const SLACK: (f64, f64) = (0.2, 0.6);
@@ -109,6 +110,8 @@ pub struct Neighbours {
     wanted: Vec<bool>,
     /// Which damaged particles have had their neighbours added to `wanted`.
     spread: Vec<bool>,
+    /// Whether something is damaged that is no member yet.
+    uncovered: bool,
     /// How often the rows were made.
     pub builds: u64,
 }
@@ -116,13 +119,14 @@ pub struct Neighbours {
 impl Neighbours {
     /// Brings records and rows up to date.
     pub fn update(&mut self, scene: &Scene<'_>, still: &Still, dv: &[DVec3]) {
-        if self.follow_damage(scene, still) {
+        if self.know_damage(scene, still) {
             self.measure(scene, dv);
             if self.pose(scene, still, dv) && !self.clusters_meet(scene.dt) {
                 return;
             }
         }
         self.build(scene, still, dv);
+        self.uncovered = false;
         self.builds += 1;
     }
 
@@ -143,36 +147,41 @@ impl Neighbours {
     /// Members of a block.
     pub const BLOCK: usize = BLOCK;
 
-    /// Wants what the step before has damaged, with its neighbours; whether the rows have all of the damaged.
-    fn follow_damage(&mut self, scene: &Scene<'_>, still: &Still) -> bool {
-        let Self { wanted, spread, rank, .. } = self;
-        let known = rank.len() == scene.particles.len();
-        if !known {
-            wanted.clear();
-            wanted.extend(&still.surface);
-            spread.clear();
-            spread.resize(wanted.len(), false);
-        }
-        let mut covered = known;
-        for b in scene.bodies {
-            let Some(bonds) = b.material.bonds() else { continue };
-            let first = b.range.start;
-            let mut add = |k: usize| {
-                if !spread[first + k] {
-                    spread[first + k] = true;
-                    wanted[first + k] = true;
-                    bonds.slots(k).for_each(|slot| wanted[first + bonds.neighbours[slot] as usize] = true);
-                }
-                covered = covered && rank[first + k] != NONE;
-            };
-            if known {
-                b.cuts.iter().flat_map(|l| [l.i, l.j]).for_each(|k| add(k as usize));
-            } else {
-                let damage = &scene.particles.damage[b.range.clone()];
-                (0..damage.len()).filter(|&k| damage[k] > 0.0).for_each(add);
+    /// Wants what the step before has damaged, with its neighbours.
+    pub fn note_cuts(&mut self, bodies: &[Body]) {
+        if !self.rank.is_empty() {
+            for b in bodies {
+                b.cuts.iter().flat_map(|l| [l.i, l.j]).for_each(|k| self.want(b, k as usize));
             }
         }
-        covered
+    }
+
+    /// Wants the damaged particle `k` of a body and what it is bonded to.
+    fn want(&mut self, b: &Body, k: usize) {
+        let (Some(bonds), first) = (b.material.bonds(), b.range.start) else { return };
+        if !self.spread[first + k] {
+            self.spread[first + k] = true;
+            self.wanted[first + k] = true;
+            bonds.slots(k).for_each(|slot| self.wanted[first + bonds.neighbours[slot] as usize] = true);
+        }
+        self.uncovered |= self.rank.get(first + k).is_none_or(|&rank| rank == NONE);
+    }
+
+    /// Whether the rows have all of the damaged; finds those anew where nothing is known.
+    fn know_damage(&mut self, scene: &Scene<'_>, still: &Still) -> bool {
+        if self.rank.len() == scene.particles.len() {
+            return !self.uncovered;
+        }
+        self.rank.clear();
+        self.wanted.clear();
+        self.wanted.extend(&still.surface);
+        self.spread.clear();
+        self.spread.resize(self.wanted.len(), false);
+        for b in scene.bodies {
+            let damage = &scene.particles.damage[b.range.clone()];
+            (0..damage.len()).filter(|&k| damage[k] > 0.0).for_each(|k| self.want(b, k));
+        }
+        false
     }
 
     /// Members by which the mean motion of body `b` is judged.

@@ -91,19 +91,17 @@ pub struct Contact {
 pub struct Motions<'a> {
     /// The colliders.
     pub movers: &'a mut [Mover],
-    /// Velocities of the particles at the start of the step, and what is added to them but the fall [m/s].
+    /// Velocities of the particles at the start of the step [m/s].
     pub velocity: &'a [DVec3],
     /// Velocity changes [m/s].
     pub dv: &'a mut [DVec3],
-    /// Gravity's share of the step [m/s].
-    pub fall: DVec3,
 }
 
 impl Motions<'_> {
     /// Velocity of a particle at the end of the step [m/s].
     #[inline]
     pub fn particle(&self, i: usize) -> DVec3 {
-        self.velocity[i] + self.dv[i] + self.fall
+        self.velocity[i] + self.dv[i]
     }
 
     fn other(&self, other: Other, x: DVec3) -> DVec3 {

@@ -5,10 +5,12 @@
 
 use glam::DVec3;
 
+use super::parts::{Criteria, Laws};
 use super::pose::{Kernel, Record};
 use crate::bonds::{Bonds, CHUNK};
+use crate::fracture::{Criterion, Opening};
 use crate::lane::Lane;
-use crate::law::{Bond, BondLaw, Criterion};
+use crate::law::{Bond, BondLaw};
 
 /// Everything that a pass reads of a body, as plain slices.
 #[derive(Clone, Copy)]
@@ -18,6 +20,8 @@ pub(super) struct Scene<'a, R> {
     weight: &'a [f32],
     intact: &'a [u8],
     records: &'a [R],
+    /// Norm of every particle; empty while it is being summed, and for laws without.
+    norm: &'a [f64],
 }
 
 /// The remembered numbers of every slot: of its own side, and of the neighbour's. Both are kept in the row, so a pass
@@ -72,7 +76,12 @@ impl<'a, R: Record> Scene<'a, R> {
             weight: &bonds.weight,
             intact: &bonds.intact,
             records,
+            norm: &[],
         }
+    }
+
+    pub fn with_norm(self, norm: &'a [f64]) -> Self {
+        Self { norm, ..self }
     }
 
     /// Chunks of row `i`.
@@ -83,7 +92,7 @@ impl<'a, R: Record> Scene<'a, R> {
 
     /// Bonds of `slot .. slot + WIDTH` as a law sees them from both sides.
     #[inline(always)]
-    fn bond(&self, needs_cos: bool, i: usize, slot: usize) -> Geometry<R::Lane> {
+    fn bond<T: BondLaw<M>, const M: usize>(&self, laws: Laws<'_, T, M>, i: usize, slot: usize) -> Geometry<R::Lane> {
         let of = <R::Lane as Lane>::of;
         let home = &self.records[i];
         let g = R::Lane::gather(self.records, &self.neighbours[slot..], home);
@@ -102,23 +111,43 @@ impl<'a, R: Record> Scene<'a, R> {
         // e = |y| − |ξ| without cancellation: (2ξ·du + du·du)/(|y| + |ξ|)
         let two_xi = [g.xi[0] + y[0], g.xi[1] + y[1], g.xi[2] + y[2]];
         let ext = dot(two_xi, g.du) * (length * both);
-        let cos = if needs_cos { dot(g.xi, y) * inv_length / rest } else { of(1.0) };
-        let own = Bond { rest, ext, cos, weight, theta, inv_m };
-        let other = Bond { theta: g.theta, inv_m: g.inv_m, ..own };
+        let cos = if laws.needs_cos() { dot(g.xi, y) * inv_length / rest } else { of(1.0) };
+        let (mut own_norm, mut other_norm) = (of(0.0), of(0.0));
+        if T::NEEDS_NORM && !self.norm.is_empty() {
+            own_norm = of(self.norm[i]);
+            other_norm = R::Lane::pick_out(self.norm, &self.neighbours[slot..]);
+        }
+        let own = Bond { rest, ext, cos, weight, theta, inv_m, norm: own_norm };
+        let other = Bond { theta: g.theta, inv_m: g.inv_m, norm: other_norm, ..own };
         Geometry { own, other, y, inv_length, volume: g.volume }
     }
 
     /// θ_i (Eq. 6), the sum of the law's shares.
     #[inline(always)]
-    pub fn dilatation<T: BondLaw<M>, const M: usize>(&self, law: &T, i: usize) -> f64 {
+    pub fn dilatation<T: BondLaw<M>, const M: usize>(&self, laws: Laws<'_, T, M>, i: usize) -> f64 {
+        let law = laws.own(i);
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law.needs_cos(), i, slot);
+            let g = self.bond(laws, i, slot);
             let share = law.dilatation(&g.own) * g.volume;
             sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
         });
         sum.total()
+    }
+
+    /// The norm of row `i`, the root of the sum of the law's shares.
+    #[inline(always)]
+    pub fn norm<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, laws: Laws<'_, T, M>, i: usize) -> f64 {
+        let law = laws.own(i);
+        let zero = R::Lane::of(0.0);
+        let mut sum = zero;
+        for_each_lane!(self, R, i, |slot, intact| {
+            let g = self.bond(laws, i, slot);
+            let share = law.norm_share(&g.own, memory.at(slot).0) * g.volume;
+            sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
+        });
+        sum.total().sqrt()
     }
 
     /// Force density Σ (T_ij − T_ji) V_j [N/m³] on particle `i` (Eq. 2), in the frame of the records. `hit(chunk, bits)`
@@ -127,30 +156,30 @@ impl<'a, R: Record> Scene<'a, R> {
     pub fn force<T: BondLaw<M>, C: Criterion, const M: usize>(
         &self,
         memory: &Memory<'_, M>,
-        law: &T,
-        criterion: &C,
+        laws: Laws<'_, T, M>,
+        criteria: Criteria<'_, T, C, M>,
         i: usize,
         mut hit: impl FnMut(usize, u8),
     ) -> DVec3 {
+        let law = laws.own(i);
         let zero = R::Lane::of(0.0);
         let mut sum = [zero; 3];
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law.needs_cos(), i, slot);
+            let g = self.bond(laws, i, slot);
             let (own, twin) = memory.at(slot);
             // T_ji points the other way, so the pair adds up (Eq. 3); a + b = b + a makes it antisymmetric to the bit
-            let pair = (law.force(&g.own, own) + law.force(&g.other, twin)) * (g.volume * g.inv_length);
+            let pair = law.force(&g.own, own) + laws.other(slot / CHUNK).force(&g.other, twin);
+            let pair = pair * (g.volume * g.inv_length);
             let pair = R::Lane::pick(R::Lane::unpack(intact), pair, zero);
             for k in 0..3 {
                 sum[k] = sum[k] + pair * g.y[k];
             }
             if C::BREAKS {
-                let elastic = mean_elastic(law, &g, own, twin);
-                let worst = criterion.severity(&g.own, elastic, zero).max(criterion.severity(
-                    &g.own,
-                    elastic,
-                    R::Lane::of(1.0),
-                ));
-                let bits = R::Lane::pack(worst.above(R::Lane::of(1.0))) & intact;
+                let bits = R::Lane::pack(criteria.suspects(
+                    i,
+                    slot / CHUNK,
+                    &openings(law, laws.other(slot / CHUNK), &g, own, twin),
+                )) & intact;
                 if bits != 0 {
                     hit(slot / CHUNK, bits << (slot % CHUNK));
                 }
@@ -164,22 +193,24 @@ impl<'a, R: Record> Scene<'a, R> {
     pub fn severities<T: BondLaw<M>, C: Criterion, const M: usize>(
         &self,
         memory: &Memory<'_, M>,
-        law: &T,
-        criterion: &C,
+        laws: Laws<'_, T, M>,
+        criteria: Criteria<'_, T, C, M>,
         i: usize,
         chunk: usize,
         damage: &[f32],
     ) -> u8 {
+        let law = laws.own(i);
         let mut out = 0;
         for part in 0..CHUNK / R::Lane::WIDTH {
             let slot = chunk * CHUNK + part * R::Lane::WIDTH;
-            let g = self.bond(law.needs_cos(), i, slot);
+            let g = self.bond(laws, i, slot);
             let (own, twin) = memory.at(slot);
             let mut phi = [0.0; CHUNK];
             for l in 0..R::Lane::WIDTH {
                 phi[l] = damage[self.neighbours[slot + l] as usize].max(damage[i]);
             }
-            let severity = criterion.severity(&g.own, mean_elastic(law, &g, own, twin), R::Lane::load(&phi));
+            let sides = openings(law, laws.other(chunk), &g, own, twin);
+            let severity = criteria.severity(i, chunk, &sides, R::Lane::load(&phi));
             out |= R::Lane::pack(severity.above(R::Lane::of(1.0))) << (part * R::Lane::WIDTH);
         }
         out
@@ -189,34 +220,36 @@ impl<'a, R: Record> Scene<'a, R> {
     #[inline(always)]
     pub fn flow<T: BondLaw<M>, const M: usize>(
         &self,
-        law: &T,
+        laws: Laws<'_, T, M>,
         i: usize,
         dt: f64,
         base: usize,
         own: &mut [&mut [f32]; M],
         twin: &mut [&mut [f32]; M],
     ) {
+        let law = laws.own(i);
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law.needs_cos(), i, slot);
+            let g = self.bond(laws, i, slot);
             let mask = R::Lane::unpack(intact);
-            let side = |bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
+            let side = |law: &T, bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
                 let old: [R::Lane; M] = std::array::from_fn(|k| R::Lane::load(&columns[k][slot - base..]));
                 let new = law.flow(bond, old, dt);
                 for k in 0..M {
                     R::Lane::pick(mask, new[k], old[k]).store(&mut columns[k][slot - base..]);
                 }
             };
-            side(&g.own, own);
-            side(&g.other, twin);
+            side(law, &g.own, own);
+            side(laws.other(slot / CHUNK), &g.other, twin);
         });
     }
 
     /// Energy Σ_j w_ij V_j of the directed bonds of row `i` [J/m³].
-    pub fn energy<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, law: &T, i: usize) -> f64 {
+    pub fn energy<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, laws: Laws<'_, T, M>, i: usize) -> f64 {
+        let law = laws.own(i);
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
         for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law.needs_cos(), i, slot);
+            let g = self.bond(laws, i, slot);
             let energy = law.bond_energy(&g.own, memory.at(slot).0) * g.volume;
             sum = sum + R::Lane::pick(R::Lane::unpack(intact), energy, zero);
         });
@@ -224,8 +257,18 @@ impl<'a, R: Record> Scene<'a, R> {
     }
 }
 
+/// What the criteria of both sides see, measured by the law of either. The mean of both sides: a + b = b + a, so both ends
+/// see the same bits.
 #[inline(always)]
-fn mean_elastic<L: Lane, T: BondLaw<M>, const M: usize>(law: &T, g: &Geometry<L>, memory: [L; M], twin: [L; M]) -> L {
-    let both = law.elastic_extension(&g.own, memory) + law.elastic_extension(&g.other, twin);
-    both * L::of(0.5)
+fn openings<L: Lane, T: BondLaw<M>, const M: usize>(
+    law: &T,
+    other: &T,
+    g: &Geometry<L>,
+    memory: [L; M],
+    twin: [L; M],
+) -> [Opening<L>; 2] {
+    let both = law.elastic_extension(&g.own, memory) + other.elastic_extension(&g.other, twin);
+    let (half, theta) = (L::of(0.5), g.own.theta + g.other.theta);
+    let by = |gauge| Opening { rest: g.own.rest, elastic: both * half, gauge, theta: theta * half };
+    [by(law.gauge(&g.own)), by(other.gauge(&g.other))]
 }

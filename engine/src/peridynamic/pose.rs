@@ -51,6 +51,8 @@ pub trait Kernel: Lane {
     fn gather(records: &[Self::Record], neighbours: &[u32], home: &Self::Record) -> Gathered<Self>;
     /// θ and 1/m of one record, in every number.
     fn own(record: &Self::Record) -> (Self, Self);
+    /// A particle's number of the first `WIDTH` neighbours.
+    fn pick_out(values: &[f64], neighbours: &[u32]) -> Self;
     /// The sum of the numbers, always in the same order.
     fn total(self) -> f64;
     /// The mask whose number `l` is bit `l`.
@@ -126,6 +128,11 @@ impl Kernel for f32x8 {
     #[inline(always)]
     fn own(record: &Record32) -> (Self, Self) {
         (f32x8::splat(record.theta), f32x8::splat(record.inv_m))
+    }
+
+    #[inline(always)]
+    fn pick_out(values: &[f64], neighbours: &[u32]) -> Self {
+        f32x8::from(std::array::from_fn(|l| values[neighbours[l] as usize] as f32))
     }
 
     #[inline(always)]
@@ -224,6 +231,9 @@ impl Kernel for f64 {
     }
     fn own(record: &Record64) -> (Self, Self) {
         (record.theta, record.inv_m)
+    }
+    fn pick_out(values: &[f64], neighbours: &[u32]) -> Self {
+        values[neighbours[0] as usize]
     }
     fn total(self) -> f64 {
         self

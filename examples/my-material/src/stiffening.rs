@@ -39,10 +39,6 @@ impl BondLaw<0> for Stiffening {
         true
     }
 
-    fn dilatation<L: Lane>(&self, _: &Bond<L>) -> L {
-        L::of(0.0)
-    }
-
     fn force<L: Lane>(&self, b: &Bond<L>, _: [L; 0]) -> L {
         let stretch = b.ext / b.rest;
         L::of(6.0 * self.young) * b.inv_m * b.weight * b.ext * (L::of(1.0) + L::of(self.beta) * stretch * stretch)

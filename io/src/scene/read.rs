@@ -4,11 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fissure_engine::params::{Value, hint};
+use fissure_engine::{Integrator, Relax};
 use glam::DVec3;
 
 use super::error::SceneError;
 use super::keys::SHAPES;
 use super::model::*;
+use super::parts;
 use super::reader::{Reader, Unless};
 use super::tree::{self, Item, Node};
 use super::{Scene, colliders};
@@ -23,6 +25,7 @@ pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Pat
         gravity: top.get("gravity")?,
         dt: top.get::<Unless>("dt")?.0,
         safety: top.get("safety")?,
+        integrator: integrator(&top)?,
         seed: top.get("seed")?,
         anchors: anchors(&top, &bodies)?,
         ground: top.table_if("ground")?.map(|t| ground(&t)).transpose()?,
@@ -87,13 +90,17 @@ fn body(name: &str, item: &Item, folder: &Path) -> Result<Body, SceneError> {
         Some(table) => chosen(&table, "criterion")?,
         None => Chosen { name: "none".into(), given: Vec::new() },
     };
+    let own = (r.get("density")?, chosen(&material, "law")?, criterion);
+    let parts = parts::parts(&r, name, folder, &own)?;
+    let interface = parts::interface(&r, name, &parts)?;
+    let (density, law, criterion) = own;
     Ok(Body {
         name: name.into(),
         source,
         resolution,
         shell: r.get_if("shell")?,
         placement: Placement { scale: r.get("scale")?, axis, degrees, translate: r.get("translate")? },
-        density: r.get("density")?,
+        density,
         velocity: r.get("velocity")?,
         spin: r.get("spin")?,
         horizon,
@@ -101,8 +108,10 @@ fn body(name: &str, item: &Item, folder: &Path) -> Result<Body, SceneError> {
             "as_written" => SurfaceMode::AsWritten,
             _ => SurfaceMode::Smooth,
         },
-        law: chosen(&material, "law")?,
+        law,
         criterion,
+        parts,
+        interface,
         cuts: r.tables("cut")?.iter().map(cut).collect::<Result<_, _>>()?,
     })
 }
@@ -135,7 +144,7 @@ fn shape(r: &Reader<'_>) -> Result<Shape, SceneError> {
 }
 
 /// A law or criterion: its name under `word`, everything else as given.
-fn chosen(r: &Reader<'_>, word: &str) -> Result<Chosen, SceneError> {
+pub(super) fn chosen(r: &Reader<'_>, word: &str) -> Result<Chosen, SceneError> {
     let name = r.get(word)?;
     let mut given = Vec::new();
     for (key, item) in r.entries().filter(|(key, _)| *key != word) {
@@ -144,8 +153,9 @@ fn chosen(r: &Reader<'_>, word: &str) -> Result<Chosen, SceneError> {
             Node::Text(text) => Value::Word(text.clone()),
             Node::List(_) if flatten(item, &mut numbers) => Value::List(numbers),
             _ => match item.as_number() {
-                Some(x) if x.is_finite() => Value::Number(x),
-                _ => {
+                // not finite: refused with unit and range by the table of the law
+                Some(x) => Value::Number(x),
+                None => {
                     let title = &r.title;
                     let message =
                         format!("`{key}` = {item} in {title} must be a finite number, a word, or a list of numbers");
@@ -208,7 +218,27 @@ fn anchor(r: &Reader<'_>, k: usize, bodies: &[Body]) -> Result<Anchor, SceneErro
         let message = format!("no body is called `{word}` in {}{}", r.title, hint(&word, &names));
         return Err(r.fail("body", message));
     };
-    let region = match r.exactly_one_of(&["box", "ball", "all"])? {
+    let region = space(r, r.exactly_one_of(&["box", "ball", "all"])?)?;
+    let (from, until): (f64, Option<f64>) = (r.get("from")?, r.get_if("until")?);
+    if let Some(until) = until.filter(|until| *until <= from) {
+        let message = format!("`until` = {until} in {} must be later than `from` = {from} [s]", r.title);
+        return Err(r.fail("until", message));
+    }
+    Ok(Anchor {
+        name,
+        body,
+        region,
+        velocity: r.get("velocity")?,
+        spin: r.get("spin")?,
+        centre: r.get("centre")?,
+        from,
+        until: until.unwrap_or(f64::INFINITY),
+    })
+}
+
+/// The part of space that the key `word` gives: `box`, `ball` or `all`.
+pub(super) fn space(r: &Reader<'_>, word: &str) -> Result<Region, SceneError> {
+    Ok(match word {
         "box" => {
             let [min, max]: [DVec3; 2] = r.get("box")?;
             if !min.cmple(max).all() {
@@ -225,22 +255,20 @@ fn anchor(r: &Reader<'_>, k: usize, bodies: &[Body]) -> Result<Anchor, SceneErro
             let _: bool = r.get("all")?;
             Region::All
         }
-    };
-    let (from, until): (f64, Option<f64>) = (r.get("from")?, r.get_if("until")?);
-    if let Some(until) = until.filter(|until| *until <= from) {
-        let message = format!("`until` = {until} in {} must be later than `from` = {from} [s]", r.title);
-        return Err(r.fail("until", message));
-    }
-    Ok(Anchor {
-        name,
-        body,
-        region,
-        velocity: r.get("velocity")?,
-        spin: r.get("spin")?,
-        centre: r.get("centre")?,
-        from,
-        until: until.unwrap_or(f64::INFINITY),
     })
+}
+
+fn integrator(top: &Reader<'_>) -> Result<Integrator, SceneError> {
+    let word: String = top.get("integrator")?;
+    let (residual, iterations) = (top.get("residual")?, top.get("iterations")?);
+    if word == "relax" {
+        return Ok(Integrator::Relax(Relax { residual, iterations }));
+    }
+    if let Some((key, _)) = top.entries().find(|(key, _)| matches!(*key, "residual" | "iterations")) {
+        let message = format!("`{key}` belongs to integrator = \"relax\", but this is \"{word}\"; remove one of them");
+        return Err(top.fail(key, message));
+    }
+    Ok(if word == "velocity_verlet" { Integrator::VelocityVerlet } else { Integrator::SymplecticEuler })
 }
 
 fn ground(r: &Reader<'_>) -> Result<Ground, SceneError> {

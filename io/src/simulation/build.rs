@@ -12,7 +12,7 @@ use fissure_meshing::{TetMesh, TriMesh};
 use glam::DVec3;
 
 use super::colliders::{check_start, colliders};
-use super::{Embedded, Fault, Simulation, SimulationError, solid};
+use super::{Embedded, Fault, Simulation, SimulationError, regions, solid};
 use crate::scene::{self, Body, Horizon, Scene, SceneError, Source, SurfaceMode};
 
 /// What there is to say about the making of a body.
@@ -68,9 +68,10 @@ impl Simulation {
         let took = start.elapsed();
 
         let at = Surroundings { horizon, spacing };
-        let material = registry
-            .make((&body.law.name, body.law.values()), (&body.criterion.name, body.criterion.values()), &at)
-            .map_err(|e| scene.blame(&body.name, &e))?;
+        let labels = made.labels;
+        let labels: Vec<i64> = mesh.ids.iter().filter_map(|&t| labels.get(t as usize).copied()).collect();
+        let regions = regions::assign(body, &points, &labels).map_err(fail)?;
+        let material = regions::material(scene, body, registry, regions.clone(), &at)?;
         let input = BodyInput {
             name: &body.name,
             points: &points,
@@ -83,7 +84,11 @@ impl Simulation {
             spin: body.spin,
             families: rows,
         };
-        self.world.add(input, material).map_err(|e| fail(Fault::of("mesh")(e)))?;
+        let range = self.world.add(input, material).map_err(|e| fail(Fault::of("mesh")(e)))?.range.clone();
+        let mass = &mut self.world.particles.mass.to_mut()[range];
+        for ((mass, volume), region) in mass.iter_mut().zip(&volumes).zip(regions) {
+            *mass = volume * regions::density(body, region);
+        }
 
         let mut crack = CrackMesh::new(&mesh.tets).map_err(|e| fail(Fault::of("mesh")(e)))?;
         crack.cut(&pre_cut);
@@ -95,8 +100,9 @@ impl Simulation {
         Ok(Making { body: body.name.clone(), notes: made.notes, meshing, families: took })
     }
 
-    /// What is not in the columns: gravity, colliders, contact; and what anchors hold at the start.
+    /// What is not in the columns: integrator, gravity, colliders, contact; and what anchors hold at the start.
     fn set_up(&mut self, scene: &Scene) -> Result<(), SimulationError> {
+        self.world.integrator = scene.integrator;
         self.world.gravity = scene.gravity;
         self.world.colliders = colliders(scene, true)?;
         set_contact(scene, &mut self.world);
@@ -117,13 +123,17 @@ impl Simulation {
         Ok(())
     }
 
-    /// The time step: the scene's, or the stable one times its safety, shortened so that frames fall on steps.
+    /// The time step: the scene's, or the stable one times its safety, shortened so that frames fall on steps. Where every
+    /// step is an equilibrium, none is too long, and there is one for each frame.
     fn step_length(&self, scene: &Scene) -> Result<f64, SimulationError> {
         const MOST_STEPS: f64 = 1e12;
         let refuse = |message| Err(SimulationError::Whole { file: scene.file().into(), message });
-        let (stable, every, duration) = (self.world.stable_dt(), scene.output.frame_every, scene.duration);
+        let (every, duration) = (scene.output.frame_every, scene.duration);
+        let relaxed = self.world.relaxes().is_some();
+        let stable = if relaxed { f64::INFINITY } else { self.world.stable_dt() };
         let dt = match scene.dt {
             Some(dt) => dt,
+            None if relaxed => every.min(duration),
             None if stable.is_finite() => every / (every / (scene.safety * stable)).ceil(),
             None => return refuse("no body limits the time step; give `dt` in seconds".into()),
         };

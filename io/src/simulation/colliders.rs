@@ -1,7 +1,7 @@
 //! From what a scene says of rigid things to colliders.
 
 use fissure_engine::contact::Mesh;
-use fissure_engine::{Collider, Keyframe, Motion, Shape, World};
+use fissure_engine::{Collider, Integrator, Keyframe, Motion, Shape, World};
 use fissure_meshing::surface::{PrepareOptions, prepare};
 use fissure_meshing::{TriMesh, shapes};
 use glam::{DMat3, DVec3};
@@ -24,6 +24,13 @@ pub(super) fn colliders(scene: &Scene, fresh: bool) -> Result<Vec<Collider>, Sim
     });
     let mut all: Vec<Collider> = ground.into_iter().collect();
     for (k, told) in scene.colliders.iter().enumerate() {
+        if let (Integrator::Relax(_), ColliderMotion::Free { .. }) = (scene.integrator, &told.motion) {
+            let message = format!(
+                "collider `{}` is free, and integrator = \"relax\" has no motion for it; give it `keyframes` or take another integrator",
+                told.name
+            );
+            return Err(SceneError::Wrong { place: scene.locate_collider(k), message }.into());
+        }
         let made = collider(told, fresh).map_err(|message| {
             let message = format!("collider `{}`: {message}", told.name);
             SceneError::Wrong { place: scene.locate_collider(k), message }

@@ -11,6 +11,7 @@ mod build;
 mod colliders;
 mod error;
 mod frame;
+mod regions;
 mod restore;
 mod solid;
 
@@ -50,9 +51,9 @@ impl Simulation {
     /// are new.
     ///
     /// # Errors
-    /// See [`World::step`]; then nothing has changed.
+    /// See [`World::step`].
     pub fn step(&mut self) -> Result<usize, StepError> {
-        self.world.step()?;
+        let done = self.world.step();
         let mut new = 0;
         for (body, embedded) in self.world.bodies.iter().zip(&mut self.meshes) {
             if body.cuts.is_empty() {
@@ -69,7 +70,7 @@ impl Simulation {
             }
             new += copies;
         }
-        Ok(new)
+        done.map(|()| new)
     }
 
     /// Fragment of each particle's tetrahedron, numbered through all bodies, and how many there are.

@@ -29,9 +29,7 @@ impl Simulation {
                 });
             };
             let at = Surroundings { horizon, spacing };
-            let material = registry
-                .make((&body.law.name, body.law.values()), (&body.criterion.name, body.criterion.values()), &at)
-                .map_err(|e| scene.blame(&body.name, &e))?;
+            let material = super::regions::material(scene, body, registry, Vec::new(), &at)?;
             simulation.world.bodies.push(Body {
                 name: body.name.clone(),
                 range: 0..0,
@@ -45,6 +43,7 @@ impl Simulation {
             simulation.meshes.push(Embedded { mesh: CrackMesh::default(), skin, rest: Vec::new(), links: Vec::new() });
         }
         simulation.world.anchors = scene.anchors.iter().map(super::build::anchor).collect();
+        simulation.world.integrator = scene.integrator;
         simulation.world.gravity = scene.gravity;
         simulation.world.colliders = colliders(scene, false)?;
         set_contact(scene, &mut simulation.world);
@@ -77,7 +76,7 @@ impl Simulation {
                 return Err(bad(format!("body `{}` has an impossible range of particles", body.name)));
             }
             next = body.range.end;
-            if body.material.bonds().is_some_and(|b| !b.consistent(body.range.len())) {
+            if !body.material.consistent(body.range.len()) {
                 return Err(bad(format!("the bonds of body `{}` contradict each other", body.name)));
             }
             if embedded.mesh.tets().len() != body.range.len() || !embedded.mesh.consistent() {

@@ -65,8 +65,8 @@ impl<'a> Subject<'a> {
         self.block(EDGES, &self.given, &self.calm)
     }
 
-    /// A block of `edges` particles with a law of these parameters and this criterion, at rest. Its dt is half of what
-    /// is stable.
+    /// A block of `edges` particles with a law of these parameters and this criterion, at rest. Its dt is 0.4
+    /// of what is stable.
     pub fn block(&self, edges: [usize; 3], law: &Given, criterion: &(String, Given)) -> Result<World, Trouble> {
         let [nx, ny, nz] = edges;
         let points: Vec<DVec3> = (0..nx * ny * nz)
@@ -95,7 +95,7 @@ impl<'a> Subject<'a> {
         let mut world = World::default();
         world.add(input, material)?;
         let stable = world.stable_dt();
-        world.dt = if stable.is_finite() && stable > 0.0 { 0.5 * stable } else { 1e-3 };
+        world.dt = if stable.is_finite() && stable > 0.0 { 0.4 * stable } else { 1e-3 };
         Ok(world)
     }
 }

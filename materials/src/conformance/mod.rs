@@ -22,7 +22,7 @@
 //! | `twins` | both directions of a bond have the same influence and remember the same |
 //! | `restart` | saved, restored into a fresh world and continued: the same bits |
 //! | `threads` | the same bits on any number of threads |
-//! | `step` | the time step that is offered is stable, one 1.5 times as long is not |
+//! | `step` | the time step that is offered is stable, one 1.3 times as long is not |
 //! | `fracture` | both directions break together, cuts and damage agree, broken bonds carry no force |
 //!
 //! Allocations are counted by a test of the engine: a counting allocator must be alone in its program.

@@ -59,9 +59,10 @@ fn table(
         for bad in outside(p) {
             let why = make(&with(good, p.name, Some(bad.clone())))?;
             tried += 1;
-            let parts = [format!("`{}`", p.name), p.unit.into(), wanted(p)];
+            // words and matrices are pure, and their messages say nothing of a unit
+            let unit = if matches!(p.kind, Kind::Word(_) | Kind::Matrix) { "" } else { p.unit };
+            let parts = [format!("`{}`", p.name), unit.into(), wanted(p)];
             match why {
-                Err(why) if p.unit == "1" && parts[0..3].iter().all(|s| why.contains(s)) => {}
                 Err(why) if parts.iter().all(|s| why.contains(s)) => {}
                 Err(why) => return fail(format!("`{}` = {bad} is refused without name, unit or range: {why}", p.name)),
                 Ok(()) => return fail(format!("`{}` = {bad} is taken, but it must be {}", p.name, wanted(p))),
@@ -108,6 +109,7 @@ fn wanted(p: &Parameter) -> String {
         Kind::Number(r) | Kind::NumberOr(r, _) | Kind::OptionalNumber(r) => r.to_string(),
         Kind::Word(words) => words.join(", "),
         Kind::Matrix => "3 (diagonal) or 9".into(),
+        Kind::Vector(_) => "a list of 3 numbers".into(),
     }
 }
 
@@ -132,6 +134,7 @@ fn outside(p: &Parameter) -> Vec<Value> {
     match p.kind {
         Kind::Number(r) | Kind::NumberOr(r, _) | Kind::OptionalNumber(r) => numbers(r),
         Kind::Word(_) => vec![Value::Word("no_such_word".into()), Value::Number(1.0)],
+        Kind::Vector(_) => vec![Value::List(vec![1.0; 2]), Value::List(vec![1.0, f64::NAN, 1.0]), Value::Number(1.0)],
         Kind::Matrix => {
             vec![Value::List(vec![1.0; 4]), Value::List(vec![1.0, f64::NAN, 1.0]), Value::Word("identity".into())]
         }
@@ -154,6 +157,7 @@ fn admitted(subject: &Subject<'_>, p: &Parameter) -> Result<usize, Trouble> {
         }
         Kind::Word(words) => words.iter().map(|w| Value::Word(w.to_string())).collect(),
         Kind::Matrix => [vec![0.0; 3], vec![1.0, 2.0, 0.5], vec![0.0; 9]].map(Value::List).into(),
+        Kind::Vector(_) => [vec![0.0; 3], vec![1.0, 2.0, 0.5]].map(Value::List).into(),
     };
     for value in &values {
         works(subject, p, value)?;

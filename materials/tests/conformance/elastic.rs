@@ -2,9 +2,8 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use fissure_engine::{
-    Bond, BondLaw, Column, Criterion, Kind, Lane, ParamError, Parameter, Params, Range, Surroundings,
-};
+use fissure_engine::fracture::{Bulk, Criterion, Opening};
+use fissure_engine::{Bond, BondLaw, Column, Kind, Lane, ParamError, Parameter, Params, Range, Surroundings};
 use fissure_materials::moduli;
 use glam::DVec3;
 
@@ -265,29 +264,31 @@ impl Fault for Defaulting {
     }
 }
 
-/// The right law, to be broken by [`OneSided`].
+/// The right law, to be broken by [`Moody`].
 pub struct HalfBroken;
 impl Fault for HalfBroken {
     const NAME: &'static str = "half_broken";
 }
 
-/// A criterion that asks the θ of one side, so that one direction of a bond breaks before the other.
-pub struct OneSided {
+/// A criterion that judges every other time more harshly, so that one direction of a bond breaks before the other.
+pub struct Moody {
     limit: f64,
+    calls: AtomicU32,
 }
-impl Criterion for OneSided {
-    const NAME: &'static str = "one_sided";
-    const SUMMARY: &'static str = "breaks where one side has grown too much";
+impl Criterion for Moody {
+    const NAME: &'static str = "moody";
+    const SUMMARY: &'static str = "breaks at a stretch that it keeps changing";
     const PARAMETERS: &'static [Parameter] = &[Parameter {
-        name: "critical_dilatation",
+        name: "critical_stretch",
         unit: "1",
         kind: Kind::Number(Range::POSITIVE),
-        about: "θ beyond which bonds break",
+        about: "stretch beyond which bonds break",
     }];
-    fn from_params(p: &Params, _: &Surroundings) -> Result<Self, ParamError> {
-        Ok(Self { limit: p.number("critical_dilatation") })
+    fn from_params(p: &Params, _: &Surroundings, _: &Bulk) -> Result<Self, ParamError> {
+        Ok(Self { limit: p.number("critical_stretch"), calls: AtomicU32::new(0) })
     }
-    fn severity<L: Lane>(&self, b: &Bond<L>, _: L, _: L) -> L {
-        b.theta / L::of(self.limit)
+    fn severity<L: Lane>(&self, b: &Opening<L>, _: L) -> L {
+        let harsh = f64::from(1 + self.calls.fetch_add(1, Ordering::Relaxed) % 2);
+        b.stretch() * L::of(harsh / self.limit)
     }
 }

@@ -5,12 +5,15 @@
 //! both sides; an influence that changes with the sign of ξ comes nearest), and a broken bond that carries force.
 
 mod elastic;
+mod family;
 mod plastic;
 
-use fissure_engine::{Kind, Parameter, Registry, Value};
+use fissure_engine::fracture::{CriticalStretch, Unbreakable};
+use fissure_engine::{BondLaw, Kind, Parameter, Registry, Value};
 use fissure_materials::conformance::{self, Case, Outcome, Report, matrix};
 
 use elastic::*;
+use family::*;
 use plastic::*;
 
 #[test]
@@ -27,9 +30,9 @@ fn the_paper_as_written_is_not_objective_and_the_kit_says_so() {
             .number("shear_modulus", 4e5)
             .word("formulation", "as_written")
     };
-    // measured: .19 of the force, 4.5e-4 of it in f32; blows up at 1.6 of the step
+    // measured: .19 of the force, 4.5e-4 of it in f32
     let frame = "a law that asks for Λ has no frame that turns with the body";
-    let written = || written().expect("precision", frame).expect("step", "soft surfaces");
+    let written = || written().expect("precision", frame);
     let report = written().expect("objectivity", "Λ of Eqs. 4 and 6 is not objective").check(&registry);
     assert_eq!(report.outcome("objectivity"), Some(Outcome::Expected));
     // what is expected must be true
@@ -49,7 +52,7 @@ fn whatever_follows_the_paper_to_the_letter_fails_where_the_paper_does() {
         // Λ; and with memory Eq. 15, whose return overshoots: measured 1.7 of the largest force
         let memory = report.outcome("return") != Some(Outcome::Skipped);
         assert!(failed.contains(&"objectivity") && failed.contains(&"return") == memory, "{failed:?}");
-        let known = ["objectivity", "precision", "return", "step"];
+        let known = ["objectivity", "precision", "return"];
         assert!(failed.iter().all(|check| known.contains(check)), "{failed:?}");
     }
 }
@@ -83,34 +86,43 @@ const CAUGHT: &[(&str, &[&str])] = &[
     (Hidden::NAME, &["restart"]),
     (Dice::NAME, &["twins"]),
     (Rigid::NAME, &["return"]),
+    (Unsummed::NAME, &["return"]),
+    (Trial::NAME, &["return"]),
     ("half_broken", &["fracture"]),
 ];
 
+/// With two criteria only: each of them is compiled for each mutant.
+fn mutant<T: BondLaw<M>, const M: usize>(registry: Registry) -> Registry {
+    registry.pair::<T, Unbreakable, M>().pair::<T, CriticalStretch, M>()
+}
+
 #[test]
 fn every_mutant_is_caught_by_the_check_that_should() {
-    let registry = Registry::default()
-        .bonds::<Elastic<Lambda>, _>()
-        .bonds::<Elastic<Prestress>, _>()
-        .bonds::<Elastic<Direction>, _>()
-        .bonds::<Elastic<Cancelling>, _>()
-        .bonds::<Elastic<Double>, _>()
-        .bonds::<Elastic<Lopsided>, _>()
-        .bonds::<Elastic<Compression>, _>()
-        .bonds::<Elastic<Kinked>, _>()
-        .bonds::<Elastic<Tiring>, _>()
-        .bonds::<Elastic<Random>, _>()
-        .bonds::<Elastic<Threaded>, _>()
-        .bonds::<Elastic<Unranged>, _>()
-        .bonds::<Elastic<Panicking>, _>()
-        .bonds::<Elastic<Undocumented>, _>()
-        .bonds::<Elastic<Defaulting>, _>()
-        .bonds::<Plastic<Eq15>, _>()
-        .bonds::<Plastic<Creeping>, _>()
-        .bonds::<Plastic<Driving>, _>()
-        .bonds::<Plastic<Hidden>, _>()
-        .bonds::<Plastic<Dice>, _>()
-        .bonds::<Plastic<Rigid>, _>()
-        .pair::<Elastic<HalfBroken>, OneSided, _>();
+    let mut registry = Registry::default();
+    registry = mutant::<Elastic<Lambda>, _>(registry);
+    registry = mutant::<Elastic<Prestress>, _>(registry);
+    registry = mutant::<Elastic<Direction>, _>(registry);
+    registry = mutant::<Elastic<Cancelling>, _>(registry);
+    registry = mutant::<Elastic<Double>, _>(registry);
+    registry = mutant::<Elastic<Lopsided>, _>(registry);
+    registry = mutant::<Elastic<Compression>, _>(registry);
+    registry = mutant::<Elastic<Kinked>, _>(registry);
+    registry = mutant::<Elastic<Tiring>, _>(registry);
+    registry = mutant::<Elastic<Random>, _>(registry);
+    registry = mutant::<Elastic<Threaded>, _>(registry);
+    registry = mutant::<Elastic<Unranged>, _>(registry);
+    registry = mutant::<Elastic<Panicking>, _>(registry);
+    registry = mutant::<Elastic<Undocumented>, _>(registry);
+    registry = mutant::<Elastic<Defaulting>, _>(registry);
+    registry = mutant::<Plastic<Eq15>, _>(registry);
+    registry = mutant::<Plastic<Creeping>, _>(registry);
+    registry = mutant::<Plastic<Driving>, _>(registry);
+    registry = mutant::<Plastic<Hidden>, _>(registry);
+    registry = mutant::<Plastic<Dice>, _>(registry);
+    registry = mutant::<Plastic<Rigid>, _>(registry);
+    registry = mutant::<Family<Unsummed>, _>(registry);
+    registry = mutant::<Family<Trial>, _>(registry);
+    registry = registry.pair::<Elastic<HalfBroken>, Moody, _>();
     assert_eq!(registry.entries().len(), CAUGHT.len());
     let reports: Vec<Report> = CAUGHT.iter().map(|(name, _)| Case::new(name).run(&registry)).collect();
     reports.iter().for_each(|r| println!("{r}"));

@@ -65,6 +65,10 @@ fn wrong_kinds_and_ranges() {
     let place = "in the top of the scene must be";
     assert_eq!(top("dt = 'slow'"), format!("`dt` = \"slow\" {place} \"auto\" or a finite number above 0 [s]"));
     assert_eq!(top("safety = 1.5"), format!("`safety` = 1.5 {place} a finite number in (0, 1]"));
+    assert_eq!(
+        refused(&format!("integrator = 'velocity_verlet'\nresidual = 1e-4\n{MINIMAL}"), 2),
+        "`residual` belongs to integrator = \"relax\", but this is \"velocity_verlet\"; remove one of them"
+    );
     assert_eq!(top("title = 5"), format!("`title` = 5 {place} a text in quotes"));
     let tail = |lines: &str, line| refused(&format!("{MINIMAL}{lines}\n"), line);
     assert_eq!(
