@@ -6,6 +6,7 @@
 //! frozen.fis               what never changes: rest positions, bonds, meshes
 //! checkpoint_00001234.fis  the state at a step; the newest few are kept
 //! frames/frame_0000.ply    the surfaces
+//! colliders/frame_0000.ply those of the colliders, if the scene has any but planes
 //! last.png                 the last frame
 //! ```
 
@@ -99,6 +100,11 @@ impl RunFolder {
     /// The frames.
     pub fn frames(&self) -> FrameFolder {
         FrameFolder::new(self.dir.join("frames"))
+    }
+
+    /// The frames of the colliders.
+    pub fn colliders(&self) -> FrameFolder {
+        FrameFolder::new(self.dir.join("colliders"))
     }
 
     /// The checkpoints.

@@ -7,7 +7,7 @@ use fissure_engine::Registry;
 use fissure_io::checkpoint::summary;
 use fissure_io::frames::{self, FrameFolder};
 use fissure_io::mesh::{Mesh, READABLE, read};
-use fissure_io::scene::{Scene, Source};
+use fissure_io::scene::{ColliderMotion, Scene, Source};
 use fissure_meshing::quality::Report;
 use glam::DVec3;
 
@@ -62,6 +62,14 @@ fn scene(path: &Path, registry: &Registry) -> Result<(), Error> {
         for part in &body.parts {
             say!("  region {}: {} with {}", part.name, part.law.name, part.criterion.name);
         }
+    }
+    for c in &scene.colliders {
+        let motion = match &c.motion {
+            ColliderMotion::Fixed => "fixed",
+            ColliderMotion::Keyframes(_) => "moved along keyframes",
+            ColliderMotion::Free { .. } => "free",
+        };
+        say!("collider {}: {:?}, {motion}", c.name, c.shape);
     }
     Ok(())
 }

@@ -19,7 +19,7 @@ pub(crate) fn command(options: &RenderArgs) -> Result<ExitCode, Error> {
             Error::Usage(format!("{} has no frames yet; let the run reach its first frame", options.dir.display()))
         })?,
     };
-    let frame = folder.frames().read(number)?;
+    let frame = whole_frame(&folder, number)?;
     let mut view = view(&scene);
     match options.color.as_deref() {
         Some("material") => view.mode = ColourMode::Material,
@@ -56,6 +56,24 @@ pub(crate) fn view(scene: &Scene) -> View {
         view.camera = Some(Camera { eye: eye.into(), target: target.into(), opening: 28.0 });
     }
     view
+}
+
+/// Frame `number` with the colliders as further pieces, never cracked nor damaged.
+pub(crate) fn whole_frame(folder: &RunFolder, number: u32) -> Result<Frame, Error> {
+    let mut frame = folder.frames().read(number)?;
+    if folder.colliders().path(number).is_file() {
+        let more = folder.colliders().read(number)?;
+        let (vertices, pieces) = (frame.positions.len() as u32, frame.piece.iter().max().map_or(0, |p| p + 1));
+        frame.triangles.extend(more.triangles.iter().map(|t| t.map(|v| vertices + v)));
+        frame.piece.extend(more.piece.iter().map(|p| pieces + p));
+        frame.positions.extend(more.positions);
+        frame.normals.extend(more.normals);
+        frame.velocity.extend(more.velocity);
+        frame.damage.extend(more.damage);
+        frame.id.extend(more.id);
+        frame.inside.extend(more.inside);
+    }
+    Ok(frame)
 }
 
 /// Draws `frame` into the file `path`.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use fissure_engine::{Kind, Parameter, Phase, Reaction, Registry, StepError};
+use fissure_engine::{Collider, Kind, Motion, Parameter, Phase, Reaction, Registry, StepError};
 use fissure_io::checkpoint::{About, Store};
 use fissure_io::frames::Frame;
 use fissure_io::scene::{Chosen, Scene};
@@ -16,7 +16,7 @@ use crate::args::RunArgs;
 use crate::info::called;
 use crate::log::Log;
 use crate::progress::Progress;
-use crate::render::{picture, view};
+use crate::render::{picture, view, whole_frame};
 use crate::say::counted;
 use crate::{Error, RunFolder};
 
@@ -279,6 +279,19 @@ impl Driver {
                 self.log.say(&format!("  region {}: {density} kg/m³, {made}", part.name));
             }
         }
+        let world = &self.simulation.world;
+        for c in world.colliders.iter() {
+            self.log.say(&format!("collider {}", described(c)));
+        }
+        let c = &world.contact;
+        let how = if world.relaxes().is_some() {
+            "none while every step is an equilibrium".into()
+        } else if c.between {
+            format!("friction {}, restitution {}, stiffness {}", c.friction, c.restitution, c.stiffness)
+        } else {
+            "off".into()
+        };
+        self.log.say(&format!("contact between particles: {how}"));
         let dt = self.simulation.world.dt;
         let relax = self.simulation.world.relaxes();
         let how = match relax {
@@ -355,6 +368,10 @@ impl Driver {
         self.spent.surface += start.elapsed();
         let start = Instant::now();
         self.folder.frames().write(&frame)?;
+        let colliders = self.simulation.collider_frame(number);
+        if !colliders.positions.is_empty() {
+            self.folder.colliders().write(&colliders)?;
+        }
         self.spent.frames += start.elapsed();
         self.report(&frame);
         Ok(())
@@ -407,7 +424,7 @@ impl Driver {
         let start = Instant::now();
         let frames = self.folder.frames();
         if let Some(&number) = frames.numbers()?.last() {
-            picture(&frames.read(number)?, &view(&self.scene), &self.folder.picture())?;
+            picture(&whole_frame(&self.folder, number)?, &view(&self.scene), &self.folder.picture())?;
         }
         self.spent.picture = start.elapsed();
         Ok(())
@@ -456,6 +473,16 @@ impl Driver {
         lines.extend(reactions.iter().map(sentence));
         self.log.close(&lines.join("\n"), &event);
     }
+}
+
+/// A collider in words.
+fn described(c: &Collider) -> String {
+    let motion = match &c.motion {
+        Motion::Fixed => "fixed".into(),
+        Motion::Keyframes(frames) => format!("moved along {}", counted(frames.len(), "keyframe")),
+        Motion::Free { mass, .. } => format!("free, {mass:.4e} kg"),
+    };
+    format!("{}: {}, {motion}, friction {}, restitution {}", c.name, c.shape.name(), c.friction, c.restitution)
 }
 
 /// What holding takes, for people.

@@ -68,10 +68,11 @@ impl World {
         }
     }
 
-    /// The clock after a step.
+    /// Clock and colliders after a step. Nothing can fail any more: free colliders get the velocity that contact has found.
     pub(crate) fn tick(&mut self) {
         self.step += 1;
         self.time += self.dt;
+        self.contact.carry(&mut self.colliders, self.time, self.dt);
     }
 
     /// Half a step's velocity change into `dv`, from the accelerations that the last step ended with.

@@ -88,7 +88,14 @@ pub trait Material: Send + Sync {
         None
     }
 
-    /// The bonds, if the material has any.
+    /// Bulk modulus [Pa] of the undamaged material at each particle, from which contact takes its stiffness. Empty for
+    /// position-based bodies: their contacts are as stiff as the time step allows.
+    fn bulk_moduli(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// The bonds, if the material has any. Particles without an intact bond meet as strangers; those of one body without bonds
+    /// do not meet.
     fn bonds(&self) -> Option<&Bonds> {
         None
     }

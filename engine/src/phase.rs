@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 pub enum Phase {
     /// Deformation changes velocities.
     Respond,
-    /// The ground and other things push back.
+    /// Particles and colliders push each other apart.
     Contact,
     /// Plastic memory flows.
     Flow,

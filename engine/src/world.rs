@@ -11,7 +11,7 @@ use crate::anchor::Anchor;
 use crate::bonds::Families;
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
-use crate::ground::Ground;
+use crate::contact::{self, Collider, Contact};
 use crate::integrate::Integrator;
 use crate::material::{BuildError, Geometry, Link, Material};
 use crate::particles::Particles;
@@ -133,11 +133,11 @@ pub enum StepError {
 /// Energies of a world [J].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// ½ Σ m v².
+    /// ½ Σ m v², with that of free colliders.
     pub kinetic: f64,
     /// Stored in the bonds, of the materials that have an energy.
     pub elastic: f64,
-    /// −Σ m g·y.
+    /// −Σ m g·y, likewise.
     pub gravity: f64,
 }
 
@@ -149,8 +149,10 @@ pub struct World {
     pub bodies: Vec<Body>,
     /// Held and driven particles.
     pub anchors: Vec<Anchor>,
-    /// The ground, if there is one.
-    pub ground: Option<Ground>,
+    /// Rigid things that particles cannot enter.
+    pub colliders: Vec<Collider>,
+    /// How particles meet each other.
+    pub contact: Contact,
     /// Gravity [m/s²].
     pub gravity: DVec3,
     /// How forces become motion.
@@ -182,7 +184,8 @@ impl Default for World {
             particles: Particles::default(),
             bodies: Vec::new(),
             anchors: Vec::new(),
-            ground: None,
+            colliders: Vec::new(),
+            contact: Contact::default(),
             gravity: DVec3::ZERO,
             integrator: Integrator::default(),
             dt: 0.0,
@@ -237,10 +240,11 @@ impl World {
         Ok(self.bodies.last_mut().expect("just pushed"))
     }
 
-    /// Largest step [s] at which every body is stable.
+    /// Largest step [s] at which every body is stable, also where it rests on another or on a collider.
     pub fn stable_dt(&self) -> f64 {
         let limit = |b: &Body| b.material.stable_dt(&self.particles.of(&b.range));
-        self.bodies.iter().map(limit).fold(f64::INFINITY, f64::min)
+        let touching = self.relaxes().is_none() && (self.bodies.len() > 1 || !self.colliders.is_empty());
+        self.bodies.iter().map(limit).fold(f64::INFINITY, f64::min) * if touching { contact::SHARE } else { 1.0 }
     }
 
     /// Makes one step of `dt` by the [`Integrator`].
@@ -248,6 +252,7 @@ impl World {
     /// # Errors
     /// A force that is not finite or absurd; then nothing has changed. No equilibrium, see [`StepError::NoEquilibrium`].
     pub fn step(&mut self) -> Result<(), StepError> {
+        self.contact.note_cuts(&self.bodies);
         self.bodies.iter_mut().for_each(|b| b.cuts.clear());
         let mut profile = self.profile;
         let done = match self.integrator {
@@ -264,7 +269,7 @@ impl World {
 
     fn step_euler(&mut self, profile: &mut Profile) -> Result<(), StepError> {
         profile.time(Phase::Respond, || self.respond())?;
-        profile.time(Phase::Contact, || self.contact(self.dt));
+        profile.time(Phase::Contact, || self.contact());
         profile.time(Phase::Flow, || self.flow(self.dt));
         profile.time(Phase::Fracture, || self.fracture());
         profile.time(Phase::Integrate, || self.advance());
@@ -273,7 +278,7 @@ impl World {
 
     fn step_verlet(&mut self, profile: &mut Profile) -> Result<(), StepError> {
         profile.time(Phase::Integrate, || self.half_kick());
-        profile.time(Phase::Contact, || self.contact(self.dt));
+        profile.time(Phase::Contact, || self.contact());
         profile.time(Phase::Integrate, || (self.keep(), self.advance()));
         profile.time(Phase::Respond, || self.respond()).inspect_err(|_| self.undo())?;
         profile.time(Phase::Flow, || self.flow(self.dt));
@@ -305,7 +310,7 @@ impl World {
             profile.time(Phase::Respond, || self.evaluate(1.0));
             profile.time(Phase::Integrate, || self.lighten());
             self.check_forces(0.0)?;
-            profile.time(Phase::Contact, || self.contact(1.0));
+            profile.time(Phase::Contact, || self.lean());
             if profile.time(Phase::Integrate, || self.ease(limit))? {
                 return Ok(());
             }
@@ -347,16 +352,20 @@ impl World {
         Ok(())
     }
 
-    /// Changes `dv` so that nothing passes the ground in a step of `h` [s].
-    fn contact(&mut self, h: f64) {
-        let Some(ground) = self.ground else { return };
-        let p = &self.particles;
-        self.dv.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, dv)| {
-            let v = p.velocity[i] + *dv;
-            // half the height of a regular tetrahedron of this volume: where its face would touch
-            let radius = 0.5 * p.volume[i].cbrt();
-            *dv += ground.limit(p.position[i], radius, v, h) - v;
-        });
+    /// Changes `dv` so that nothing passes anything else in this step.
+    fn contact(&mut self) {
+        let Self { particles, bodies, anchors, colliders, contact, dv, .. } = self;
+        let (dt, time) = (self.dt, self.time);
+        let scene = contact::Scene { particles, bodies, anchors, fall: self.gravity * dt, dt, time };
+        contact.resolve(&scene, colliders, dv);
+    }
+
+    /// Changes `dv` so that nothing passes a collider in one iteration of a relaxation; they stand where the step ends.
+    fn lean(&mut self) {
+        let Self { particles, bodies, anchors, colliders, contact, dv, .. } = self;
+        let time = self.time + self.dt;
+        let scene = contact::Scene { particles, bodies, anchors, fall: DVec3::ZERO, dt: 1.0, time };
+        contact.lean(&scene, colliders, dv);
     }
 
     fn flow(&mut self, dt: f64) {
@@ -377,8 +386,11 @@ impl World {
     /// sum swings a little; velocity Verlet has both at one time.
     pub fn energies(&mut self) -> Energies {
         let p = &self.particles;
-        let kinetic = p.velocity.iter().zip(&p.mass[..]).map(|(v, m)| 0.5 * m * v.length_squared()).sum();
-        let gravity = p.position.iter().zip(&p.mass[..]).map(|(x, m)| -m * self.gravity.dot(*x)).sum();
+        let free = || self.colliders.iter().filter(|c| c.is_free());
+        let kinetic = p.velocity.iter().zip(&p.mass[..]).map(|(v, m)| 0.5 * m * v.length_squared()).sum::<f64>()
+            + free().map(Collider::kinetic).sum::<f64>();
+        let gravity = p.position.iter().zip(&p.mass[..]).map(|(x, m)| -m * self.gravity.dot(*x)).sum::<f64>()
+            - free().map(|c| c.mass() * self.gravity.dot(c.position)).sum::<f64>();
         let elastic = self.bodies.iter_mut().filter_map(|b| b.material.energy(&self.particles.of(&b.range))).sum();
         Energies { kinetic, elastic, gravity }
     }
@@ -421,5 +433,7 @@ impl World {
         for anchor in &mut self.anchors {
             anchor.visit(v);
         }
+        self.colliders.iter_mut().for_each(|c| c.visit(v));
+        self.contact.forget();
     }
 }

@@ -3,9 +3,10 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fissure_engine::{Anchor, Ground, Integrator, Relax, World};
+use fissure_engine::contact::Mesh;
+use fissure_engine::{Anchor, Collider, Integrator, Relax, Shape, World};
 use fissure_tests::{Block, block};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 struct Counting;
 
@@ -46,7 +47,14 @@ fn a_step_after_the_first_allocates_nothing() {
         world.integrator = integrator;
         world.dt = 0.8 * world.stable_dt();
         world.gravity = DVec3::NEG_Y * 9.81;
-        world.ground = Some(Ground { height: -0.2, ..Ground::default() });
+        world.colliders.push(Collider::plane("ground", DVec3::Y, -0.2));
+        let ball = Shape::Ball { radius: 0.2 };
+        let ball = Collider::free("ball", ball, 2000.0, DVec3::new(0.4, 1.3, 0.4), DQuat::IDENTITY).unwrap();
+        world.colliders.push(Collider { velocity: DVec3::NEG_Y * 12.0, ..ball });
+        let corners: Vec<DVec3> =
+            (0..8).map(|k| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2))).collect();
+        let hull = Shape::Mesh(Mesh::hull(&corners).unwrap());
+        world.colliders.push(Collider { position: DVec3::new(-1.1, -0.2, 0.0), ..Collider::new("hull", hull) });
         world.particles.velocity.iter_mut().for_each(|v| *v = DVec3::NEG_Y * 4.0);
         assert_eq!(allocations_after_the_first_step(&mut world, 100), 0, "{integrator:?}");
         assert!(world.bond_counts().1 > 1000, "nothing broke");

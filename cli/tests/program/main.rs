@@ -4,11 +4,13 @@
 //! |---|---|
 //! | `running` | what a run leaves, what it says, the same bits on any number of threads |
 //! | `resuming` | stopped, interrupted or killed, then resumed: the same bytes as never stopped |
+//! | `colliders` | rigid things: every kind runs and resumes; what is wrong with one |
 //! | `commands` | `info`, `mesh`, `materials`, `render` |
 //! | `parameters` | bad values of laws and criteria: file, line, key, unit and range |
 //! | `refusing` | bad input: one sentence, exit code 2, nothing half-written |
 //! | `meshes` | meshes that other people made (`FISSURE_MESHES`) |
 
+mod colliders;
 mod commands;
 mod meshes;
 mod parameters;

@@ -111,6 +111,12 @@ impl Workshop {
         files.into_iter().filter_map(|n| Some((n.clone(), fs::read(dir.join(&n)).ok()?))).collect()
     }
 
+    /// The frames of the colliders of a run, in order.
+    pub fn colliders(&self, run: &str) -> Vec<Vec<u8>> {
+        let dir = self.path(run).join("colliders");
+        names(&dir).iter().map(|n| fs::read(dir.join(n)).expect("a frame")).collect()
+    }
+
     pub fn frame(&self, run: &str, number: u32) -> Frame {
         let path = self.path(run).join(format!("frames/frame_{number:04}.ply"));
         frames::read(&path).expect("a frame")

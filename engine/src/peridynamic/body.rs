@@ -14,7 +14,7 @@ use super::{stable, surface};
 use crate::bonds::{Bonds, CHUNK};
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
-use crate::fracture::Unbreakable;
+use crate::fracture::{Bulk, Unbreakable};
 use crate::frame::Frame;
 use crate::law::BondLaw;
 use crate::material::{BuildError, Geometry};
@@ -89,6 +89,15 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
 
     pub fn laws(&self) -> Laws<'_, T, M> {
         Laws::new(&self.laws, &self.regions)
+    }
+
+    /// Bulk modulus of the law of every particle [Pa].
+    pub fn bulk_moduli(&self) -> Vec<f64> {
+        let each: Vec<f64> = self.laws.iter().map(|law| Bulk::of(law, self.horizon).bulk).collect();
+        match &self.regions.rows[..] {
+            [] => vec![each[0]; self.bonds.rows()],
+            rows => rows.iter().map(|&r| each[usize::from(r)]).collect(),
+        }
     }
 
     pub fn memory(&self) -> Memory<'_, M> {

@@ -26,6 +26,7 @@ use self::body::Body;
 use self::parts::{Criteria, Regions};
 use self::passes::Scene;
 use self::rows::{PerChunk, in_blocks};
+pub(crate) use self::stable::largest_eigenvalue;
 use crate::bonds::Bonds;
 use crate::column::Visitor;
 use crate::erased::{AnyCriterion, AnyLaw};
@@ -139,6 +140,10 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
 
     fn reference_forces(&self, p: &BodyParticles<'_>) -> Option<Vec<DVec3>> {
         self.body.reference_forces(p)
+    }
+
+    fn bulk_moduli(&self) -> Vec<f64> {
+        self.body.bulk_moduli()
     }
 
     fn bonds(&self) -> Option<&Bonds> {

@@ -142,7 +142,7 @@ pub(super) fn stiffness<T: BondLaw<M>, const M: usize>(
 }
 
 /// Largest eigenvalue of a symmetric matrix, in closed form (Smith 1961).
-fn largest_eigenvalue(a: DMat3) -> f64 {
+pub(crate) fn largest_eigenvalue(a: DMat3) -> f64 {
     let mean = (a.x_axis.x + a.y_axis.y + a.z_axis.z) / 3.0;
     let b = a - DMat3::from_diagonal(DVec3::splat(mean));
     let p = ((b.x_axis.length_squared() + b.y_axis.length_squared() + b.z_axis.length_squared()) / 6.0).sqrt();

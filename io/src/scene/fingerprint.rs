@@ -4,7 +4,7 @@
 //! preceded by its length or a tag, so no two scenes give the same bytes.
 
 use fissure_engine::params::Value;
-use fissure_engine::{Ground, Integrator, Interface, Relax};
+use fissure_engine::{Integrator, Interface, Relax};
 use glam::DVec3;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -25,6 +25,8 @@ pub(super) fn of(scene: &Scene) -> u64 {
         bodies,
         anchors,
         ground,
+        colliders,
+        contact,
         output,
         file: _,
         text: _,
@@ -50,6 +52,18 @@ pub(super) fn of(scene: &Scene) -> u64 {
     hash.numbers(&[*frame_every, *checkpoint_every]);
     hash.whole(u64::from(*keep));
     hash.picture(picture);
+    // what scenes before did not have is left out where they would not have it, so that they keep their hash
+    if !colliders.is_empty() {
+        hash.text("colliders");
+        hash.whole(colliders.len() as u64);
+        colliders.iter().for_each(|collider| hash.collider(collider));
+    }
+    if *contact != Contact::default() {
+        let Contact { particles, friction, restitution, stiffness } = contact;
+        hash.text("contact");
+        hash.tag(u8::from(*particles));
+        hash.numbers(&[*friction, *restitution, *stiffness]);
+    }
     // at the end, and nothing for the default: scenes from before there were integrators keep their hash
     match *integrator {
         Integrator::SymplecticEuler => {}
@@ -99,6 +113,70 @@ impl Digest {
     fn optional_vector(&mut self, x: Option<[f64; 3]>) {
         self.tag(u8::from(x.is_some()));
         self.numbers(x.as_ref().map_or(&[], |x| x.as_slice()));
+    }
+
+    fn stance(&mut self, stance: &Stance) {
+        let Stance { position, axis, degrees } = stance;
+        self.vector(*position);
+        self.number(*degrees);
+        self.vector(if *degrees == 0.0 { DVec3::ZERO } else { *axis });
+    }
+
+    fn collider(&mut self, collider: &Collider) {
+        let Collider { name, shape, start, motion, friction, restitution } = collider;
+        self.text(name);
+        match shape {
+            ColliderShape::Plane { normal } => {
+                self.tag(0);
+                self.vector(*normal);
+            }
+            ColliderShape::Ball { radius } => {
+                self.tag(1);
+                self.number(*radius);
+            }
+            ColliderShape::Box { size } => {
+                self.tag(2);
+                self.vector(*size);
+            }
+            ColliderShape::Capsule { radius, height } => {
+                self.tag(3);
+                self.numbers(&[*radius, *height]);
+            }
+            ColliderShape::Cylinder { radius, height } => {
+                self.tag(4);
+                self.numbers(&[*radius, *height]);
+            }
+            ColliderShape::Mesh { path: _, written, scale, hull } => {
+                self.tag(5 + u8::from(*hull));
+                self.text(written);
+                self.number(*scale);
+            }
+        }
+        self.stance(start);
+        match motion {
+            ColliderMotion::Fixed => self.tag(0),
+            ColliderMotion::Keyframes(frames) => {
+                self.tag(1);
+                self.whole(frames.len() as u64);
+                for (time, stance) in frames {
+                    self.number(*time);
+                    self.stance(stance);
+                }
+            }
+            ColliderMotion::Free { weight, inertia, velocity, spin } => {
+                self.tag(2);
+                let (tag, value) = match *weight {
+                    Weight::Mass(mass) => (0, mass),
+                    Weight::Density(density) => (1, density),
+                };
+                self.tag(tag);
+                self.number(value);
+                self.optional_vector(inertia.map(|i| i.to_array()));
+                self.vector(*velocity);
+                self.vector(*spin);
+            }
+        }
+        self.numbers(&[*friction, *restitution]);
     }
 
     fn body(&mut self, body: &Body) {

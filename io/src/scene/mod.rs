@@ -6,15 +6,17 @@
 //! [`Scene::error`] to say file and line of what goes wrong later. All keys are documented in [`keys()`].
 //!
 //! ```text
-//! Scene ── title, duration, gravity, dt, safety, integrator, seed, ground
+//! Scene ── title, duration, gravity, dt, safety, integrator, seed, ground, contact
 //!   ├── bodies: Vec<Body> ── name, source, resolution, shell, placement, density, velocity, spin, horizon, surface
 //!   │                         ├── law: Chosen, criterion: Chosen (name and given keys, unchecked)
 //!   │                         ├── parts: Vec<Part> (regions with density, law and criterion of their own), interface
 //!   │                         └── cuts: Vec<Cut>
 //!   ├── anchors: Vec<Anchor> ── name, body (index), region, velocity, spin, centre, from, until
+//!   ├── colliders: Vec<Collider> ── name, shape, start, motion, friction, restitution
 //!   └── output: Output ── frame_every, checkpoint_every, keep, picture
 //! ```
 
+mod colliders;
 mod error;
 mod fingerprint;
 mod keys;
@@ -32,14 +34,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fissure_engine::params::{ParamError, Params, hint};
-use fissure_engine::{Ground, Integrator, Registry};
+use fissure_engine::{Integrator, Registry};
 use glam::DVec3;
 
 pub use error::{Place, SceneError};
-pub use keys::{FREE, Fallback, Key, KeyKind, RIVALS, SHAPES, keys};
+pub use keys::{COLLIDERS, FREE, Fallback, Key, KeyKind, RIVALS, SHAPES, keys};
 pub use model::{
-    Anchor, Body, Chosen, Colouring, Cut, Given, Horizon, Output, Picture, Placement, Region, Resolution, Shape,
-    Source, SurfaceMode,
+    Anchor, Body, Chosen, Collider, ColliderMotion, ColliderShape, Colouring, Contact, Cut, Given, Ground, Horizon,
+    Output, Picture, Placement, Region, Resolution, Shape, Source, Stance, SurfaceMode, Weight,
 };
 pub use parts::{Part, Where};
 
@@ -66,6 +68,10 @@ pub struct Scene {
     pub anchors: Vec<Anchor>,
     /// The ground, normal of length 1; none where the scene has no `[ground]`.
     pub ground: Option<Ground>,
+    /// In the order of the file; names differ.
+    pub colliders: Vec<Collider>,
+    /// How particles meet.
+    pub contact: Contact,
     /// What a run writes.
     pub output: Output,
     file: Arc<str>,
@@ -144,6 +150,12 @@ impl Scene {
     /// Where the table of anchor `k` stands, counted from 0.
     pub fn locate_anchor(&self, k: usize) -> Place {
         let table = self.tree.child("anchor").and_then(|list| list.child(&(k + 1).to_string()));
+        table.unwrap_or(&self.tree).place.clone()
+    }
+
+    /// Where the table of collider `k` stands, counted from 0.
+    pub fn locate_collider(&self, k: usize) -> Place {
+        let table = self.tree.child("collider").and_then(|list| list.child(&(k + 1).to_string()));
         table.unwrap_or(&self.tree).place.clone()
     }
 

@@ -243,6 +243,122 @@ impl Region {
     }
 }
 
+/// The plane `[ground]`: the collider called `ground`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ground {
+    /// Unit normal, pointing to the free side.
+    pub normal: DVec3,
+    /// Signed distance of the plane from the origin along the normal [m].
+    pub height: f64,
+    /// Restitution, 0 ..= 1.
+    pub restitution: f64,
+    /// Coulomb friction coefficient, 0 or more.
+    pub friction: f64,
+}
+
+/// A rigid thing, `[[collider]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collider {
+    /// Name for messages and output.
+    pub name: String,
+    /// Its shape about its origin.
+    pub shape: ColliderShape,
+    /// Where it is at the start; of one that moves on keyframes the first of them.
+    pub start: Stance,
+    /// How it moves.
+    pub motion: ColliderMotion,
+    /// Coulomb friction coefficient, 0 or more.
+    pub friction: f64,
+    /// Restitution, 0 ..= 1.
+    pub restitution: f64,
+}
+
+/// The shape of a collider; lengths in m, above 0.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)] // the fields are documented in the table of keys
+pub enum ColliderShape {
+    /// A half space; unit normal.
+    Plane { normal: DVec3 },
+    /// A ball.
+    Ball { radius: f64 },
+    /// A box.
+    Box { size: DVec3 },
+    /// A cylinder with round ends; `height` above twice the radius.
+    Capsule { radius: f64, height: f64 },
+    /// A cylinder.
+    Cylinder { radius: f64, height: f64 },
+    /// A surface of a file, or with `hull` the convex hull of its vertices.
+    Mesh { path: PathBuf, written: String, scale: f64, hull: bool },
+}
+
+/// A place and a turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stance {
+    /// Where the origin is [m].
+    pub position: DVec3,
+    /// Axis of the turn, of any length but 0.
+    pub axis: DVec3,
+    /// Angle of the turn [°].
+    pub degrees: f64,
+}
+
+impl Stance {
+    /// The turn alone.
+    pub fn orientation(&self) -> DQuat {
+        let placement = Placement { scale: 1.0, axis: self.axis, degrees: self.degrees, translate: DVec3::ZERO };
+        placement.rotation()
+    }
+}
+
+/// How a collider moves.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ColliderMotion {
+    /// Not at all.
+    Fixed,
+    /// From place to place at times [s] that grow; one or more.
+    Keyframes(Vec<(f64, Stance)>),
+    /// As it is pushed.
+    Free {
+        /// Mass.
+        weight: Weight,
+        /// Moments of inertia about its own axes [kg m²]; none for those of an evenly filled shape.
+        inertia: Option<DVec3>,
+        /// Velocity at the start [m/s].
+        velocity: DVec3,
+        /// Angular velocity at the start [rad/s].
+        spin: DVec3,
+    },
+}
+
+/// Mass, or what it follows from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Weight {
+    /// Mass [kg].
+    Mass(f64),
+    /// Density [kg/m³].
+    Density(f64),
+}
+
+/// How particles meet, `[contact]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Whether they do.
+    pub particles: bool,
+    /// Coulomb friction coefficient, 0 or more.
+    pub friction: f64,
+    /// Restitution, 0 ..= 1.
+    pub restitution: f64,
+    /// Stiffness over bulk modulus times distance, above 0.
+    pub stiffness: f64,
+}
+
+impl Default for Contact {
+    /// As the table of keys has it.
+    fn default() -> Self {
+        Self { particles: true, friction: 0.5, restitution: 0.0, stiffness: 1.0 }
+    }
+}
+
 /// What a run writes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {

@@ -4,16 +4,16 @@ use std::path::Path;
 use std::sync::Arc;
 
 use fissure_engine::params::{Value, hint};
-use fissure_engine::{Ground, Integrator, Relax};
+use fissure_engine::{Integrator, Relax};
 use glam::DVec3;
 
-use super::Scene;
 use super::error::SceneError;
 use super::keys::SHAPES;
 use super::model::*;
 use super::parts;
 use super::reader::{Reader, Unless};
 use super::tree::{self, Item, Node};
+use super::{Scene, colliders};
 
 pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Path) -> Result<Scene, SceneError> {
     let top = Reader::top(&tree)?;
@@ -29,6 +29,8 @@ pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Pat
         seed: top.get("seed")?,
         anchors: anchors(&top, &bodies)?,
         ground: top.table_if("ground")?.map(|t| ground(&t)).transpose()?,
+        colliders: colliders::colliders(&top, folder)?,
+        contact: colliders::contact(&top)?,
         output: output(&top, duration)?,
         bodies,
         file,

@@ -287,6 +287,30 @@ fn another(key: &Key) -> Vec<String> {
             vec!["body.vase.interface.pair.1.of=vase".into(), "body.vase.interface.pair.1.and=lip".into()]
         }
         ("anchor.N.body", _) => set("other"),
+        (shape, _) if shape.starts_with("collider.N.shape.") => {
+            let (kind, keys) = COLLIDERS.iter().rfind(|(_, keys)| keys.contains(&key.name())).unwrap_or(&COLLIDERS[2]);
+            let value = |name: &str| match name {
+                "size" | "normal" => "[1, 2, 3]",
+                "mesh" => "'other.ply'",
+                "height" => "2",
+                _ => "0.25",
+            };
+            let all: Vec<String> = keys.iter().map(|name| format!("{name} = {}", value(name))).collect();
+            let at = if *kind == "plane" { 2 } else { 1 };
+            vec![format!("collider.{at}.shape={{ kind = '{kind}', {} }}", all.join(", "))]
+        }
+        (turn, _) if turn.starts_with("collider.N.rotate.") => {
+            vec!["collider.1.rotate={axis = [1, 0, 0], degrees = 30}".into()]
+        }
+        (turn, _) if turn.starts_with("collider.N.keyframe.N.rotate.") => {
+            vec!["collider.2.keyframe.1.rotate={axis = [1, 0, 0], degrees = 30}".into()]
+        }
+        ("collider.N.keyframe.N.time" | "collider.N.keyframe.N.position", _) => {
+            let value = if key.name() == "time" { "0.125" } else { "[1, 2, 3]" };
+            vec![format!("collider.2.keyframe.1.{}={value}", key.name())]
+        }
+        ("collider.N.mass", _) => vec!["collider.3.motion='free'".into(), "collider.3.mass=1".into()],
+        ("collider.N.motion", _) => vec!["collider.3.motion='free'".into(), "collider.3.mass=1".into()],
         (_, KeyKind::Text) => set("different"),
         (_, KeyKind::Word(words)) => set(words[1]),
         (_, KeyKind::Number(_) | KeyKind::NumberOr(..)) => set("0.125"),
@@ -309,7 +333,11 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
            [[body.vase.region]]\nname = 'lip'\nbox = [[0,0,0],[1,1,1]]\nmaterial = { law = 'isotropic' }\n\
            fracture = { criterion = 'none' }\n[[body.vase.interface.pair]]\nof = 'lip'\nand = 'vase'\nstrength = 1\n\
            [body.other]\nmesh = 'o.ply'\ndensity = 1\nmaterial = { law = 'isotropic' }\n\
-           [[anchor]]\nbody = 'vase'\nbox = [[0,0,0],[1,1,1]]\n[ground]\n[output.picture]\n";
+           [[anchor]]\nbody = 'vase'\nbox = [[0,0,0],[1,1,1]]\n[ground]\n[output.picture]\n[contact]\n\
+           [[collider]]\nshape = { kind = 'ball', radius = 1 }\nmotion = 'free'\ndensity = 1\n\
+           [[collider]]\nshape = { kind = 'ball', radius = 1 }\nmotion = 'keyframes'\n\
+           [[collider.keyframe]]\ntime = 0\nposition = [0, 0, 0]\n\
+           [[collider]]\nshape = { kind = 'ball', radius = 1 }\n";
     let before = parse(&base).unwrap().fingerprint();
     let mut count = 0;
     for key in keys() {
@@ -321,7 +349,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
         assert_ne!(scene.fingerprint(), before, "{} has no effect", key.path);
         count += 1;
     }
-    assert_eq!(count, 79, "keys that take a value");
+    assert_eq!(count, 106, "keys that take a value");
 }
 
 #[test]

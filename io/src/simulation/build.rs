@@ -11,6 +11,7 @@ use fissure_meshing::skin::{Follow, Skin};
 use fissure_meshing::{TetMesh, TriMesh};
 use glam::DVec3;
 
+use super::colliders::{check_start, colliders};
 use super::{Embedded, Fault, Simulation, SimulationError, regions, solid};
 use crate::scene::{self, Body, Horizon, Scene, SceneError, Source, SurfaceMode};
 
@@ -99,11 +100,13 @@ impl Simulation {
         Ok(Making { body: body.name.clone(), notes: made.notes, meshing, families: took })
     }
 
-    /// What is not in the columns: integrator, gravity and ground; and what anchors hold at the start.
+    /// What is not in the columns: integrator, gravity, colliders, contact; and what anchors hold at the start.
     fn set_up(&mut self, scene: &Scene) -> Result<(), SimulationError> {
         self.world.integrator = scene.integrator;
         self.world.gravity = scene.gravity;
-        self.world.ground = scene.ground;
+        self.world.colliders = colliders(scene, true)?;
+        set_contact(scene, &mut self.world);
+        check_start(scene, &self.world)?;
         let position = &self.world.particles.position;
         for (k, told) in scene.anchors.iter().enumerate() {
             let body = &self.world.bodies[told.body];
@@ -146,6 +149,13 @@ impl Simulation {
         }
         Ok(dt)
     }
+}
+
+/// How particles meet.
+pub(super) fn set_contact(scene: &Scene, world: &mut World) {
+    let scene::Contact { particles, friction, restitution, stiffness } = scene.contact;
+    world.contact.between = particles;
+    (world.contact.friction, world.contact.restitution, world.contact.stiffness) = (friction, restitution, stiffness);
 }
 
 /// The anchor that a scene tells of, holding nothing yet.

@@ -2,10 +2,16 @@
 
 use fissure_meshing::skin::Particles;
 
-use super::Simulation;
+use super::{Simulation, colliders};
 use crate::frames::Frame;
 
 impl Simulation {
+    /// The surfaces of the colliders at the present state, each vertex with the number of its collider as its piece; without
+    /// planes, so it may be empty.
+    pub fn collider_frame(&self, number: u32) -> Frame {
+        colliders::frame(&self.world, number)
+    }
+
     /// The frame `number` of the present state. Skins remember rotations, so which frames are made is part of a run;
     /// checkpoints keep that.
     pub fn frame(&mut self, number: u32) -> Frame {

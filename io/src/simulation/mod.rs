@@ -8,6 +8,7 @@
 //! ```
 
 mod build;
+mod colliders;
 mod error;
 mod frame;
 mod regions;

@@ -1,11 +1,12 @@
 //! From the files of a run back to a simulation.
 
-use fissure_engine::{Body, Registry, Surroundings, World};
+use fissure_engine::{Body, Collider, Registry, Surroundings, World};
 use fissure_meshing::crack::CrackMesh;
 use fissure_meshing::skin::Skin;
 use glam::DVec3;
 
-use super::build::{follow, rest_positions};
+use super::build::{follow, rest_positions, set_contact};
+use super::colliders::colliders;
 use super::{Embedded, Simulation, SimulationError};
 use crate::checkpoint::Latest;
 use crate::scene::Scene;
@@ -44,9 +45,11 @@ impl Simulation {
         simulation.world.anchors = scene.anchors.iter().map(super::build::anchor).collect();
         simulation.world.integrator = scene.integrator;
         simulation.world.gravity = scene.gravity;
-        simulation.world.ground = scene.ground;
+        simulation.world.colliders = colliders(scene, false)?;
+        set_contact(scene, &mut simulation.world);
         latest.live.restore(&mut simulation, &latest.frozen)?;
         simulation.check(latest)?;
+        simulation.world.colliders.iter_mut().for_each(Collider::prepare);
         let Simulation { world, meshes } = &mut simulation;
         for (body, embedded) in world.bodies.iter_mut().zip(meshes) {
             embedded.rest = rest_positions(body.origin, world.particles.of(&body.range).rest);
@@ -78,6 +81,11 @@ impl Simulation {
             }
             if embedded.mesh.tets().len() != body.range.len() || !embedded.mesh.consistent() {
                 return Err(bad(format!("the mesh of body `{}` contradicts itself", body.name)));
+            }
+        }
+        for collider in &self.world.colliders {
+            if !collider.consistent() {
+                return Err(bad(format!("collider `{}` contradicts itself", collider.name)));
             }
         }
         for anchor in &self.world.anchors {

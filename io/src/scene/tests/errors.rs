@@ -129,6 +129,62 @@ fn missing_keys() {
 }
 
 #[test]
+fn colliders() {
+    let tail = |lines: &str, line| refused(&format!("{MINIMAL}[[collider]]\n{lines}\n"), line);
+    let ball = "shape = { kind = 'ball', radius = 1 }\n";
+    assert_eq!(
+        tail("", 11),
+        "`shape` is missing in [[collider]] 1: its shape about its origin, y along the axis of what has one"
+    );
+    assert_eq!(
+        tail("shape = { kind = 'ball', size = [1, 1, 1] }", 12),
+        "`size` in [collider 1.shape] is no key of a ball, which has radius"
+    );
+    assert_eq!(
+        tail("shape = { kind = 'capsule', radius = 1, height = 2 }", 12),
+        "`height` = 2 in [collider 1.shape] must be above twice the radius of 1 [m]; use a ball"
+    );
+    assert_eq!(
+        tail("shape = { kind = 'bal' }", 12),
+        "`kind` = \"bal\" in [collider 1.shape] must be one of \"plane\", \"ball\", \"box\", \"capsule\", \"cylinder\", \
+         \"hull\", \"mesh\"; did you mean `ball`?"
+    );
+    assert_eq!(
+        tail(&format!("{ball}mass = 1"), 13),
+        "`mass` in [[collider]] 1 goes with motion = \"free\", but motion is \"fixed\""
+    );
+    assert_eq!(tail(&format!("{ball}motion = 'free'"), 11), "[[collider]] 1 needs exactly one of `density`, `mass`");
+    assert_eq!(
+        tail(&format!("{ball}motion = 'free'\nmass = 0"), 14),
+        "`mass` = 0 in [[collider]] 1 must be a finite number above 0 [kg]"
+    );
+    assert_eq!(
+        tail("shape = { kind = 'plane', normal = [0, 1, 0] }\nmotion = 'free'\nmass = 1", 13),
+        "[[collider]] 1 cannot be free: a plane has no mass; use a flat box"
+    );
+    let moved = format!("{ball}motion = 'keyframes'\n");
+    let none = "[[collider]] 1 has motion = \"keyframes\" but none; add [[collider.keyframe]] tables";
+    assert_eq!(tail(&moved, 13), none);
+    let frame = |time: &str| format!("[[collider.keyframe]]\ntime = {time}\nposition = [0, 0, 0]\n");
+    assert_eq!(
+        tail(&format!("{moved}{}{}", frame("0.5"), frame("0.5")), 18),
+        "`time` = 0.5 in [[collider 1.keyframe]] 2 must be later than the 0.5 s of the one before; sort them"
+    );
+    assert_eq!(
+        tail(&format!("{moved}position = [0, 0, 0]\n{}", frame("0")), 14),
+        "`position` in [[collider]] 1 is for what does not move; the keyframes say where this is"
+    );
+    assert_eq!(
+        refused(&format!("{MINIMAL}[ground]\n[[collider]]\nname = 'ground'\n{ball}"), 13),
+        "a second collider is called `ground`; give each its own `name`"
+    );
+    assert_eq!(
+        refused(&format!("{MINIMAL}[contact]\nstiffness = 0\n"), 12),
+        "`stiffness` = 0 in [contact] must be a finite number above 0"
+    );
+}
+
+#[test]
 fn contradictions() {
     let vase = |lines: &str, line| refused(&minimal("density", &format!("{lines}\ndensity")), line);
     assert_eq!(

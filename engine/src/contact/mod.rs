@@ -1,0 +1,292 @@
+//! Contact: what keeps particles and colliders out of each other. The second phase of a step; it changes velocities only.
+//!
+//! ```text
+//! held particles get the velocity of their anchor
+//! pairs      particle–particle, rows with slack (neighbours, grid)       parallel, one particle a row
+//! rigid      free colliders with particles and other colliders           one serial list, impulses to both sides
+//! approach   every particle at fixed and moved colliders, which have the last word        parallel
+//! ```
+
+pub mod approach;
+pub mod collider;
+mod grid;
+pub mod mesh;
+mod neighbours;
+mod pairs;
+mod rigid;
+pub mod shape;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use self::approach::{Pose, stopped};
+pub use self::collider::{Collider, Keyframe, Motion};
+pub use self::mesh::Mesh;
+use self::neighbours::Record;
+use self::pairs::Pairs;
+use self::rigid::{Motions, Mover, Other};
+pub use self::shape::{Shape, ShapeError};
+use crate::anchor::Anchor;
+use crate::bonds::CHUNK;
+use crate::particles::Particles;
+use crate::world::Body;
+
+/// A particle whose family fills less than this share of its horizon's ball is near a surface: in a half space, one less
+/// than 0.43 horizons deep.
+const FULL: f64 = 0.8;
+
+/// Share of the bodies' stable step where something may touch. Contact limits velocities half a step after positions, which
+/// feeds the fastest modes near their limit: at 0.8 stable steps a pile of eight bricks shakes with 2e-2 of the energy of its
+/// fall for good, at 0.6 with 1e-6.
+pub(crate) const SHARE: f64 = 0.75;
+
+/// How particles meet each other, and what contact keeps from step to step: only memory, no state.
+#[derive(Debug)]
+pub struct Contact {
+    /// Whether particles meet each other at all; colliders they meet always.
+    pub between: bool,
+    /// Coulomb friction coefficient between particles, 0 or more.
+    pub friction: f64,
+    /// Restitution between particles, 0 ..= 1.
+    pub restitution: f64,
+    /// Stiffness of a contact in units of bulk modulus times distance, above 0.
+    pub stiffness: f64,
+    still: Still,
+    pairs: Pairs,
+    rigid: Rigid,
+}
+
+impl Default for Contact {
+    fn default() -> Self {
+        Self {
+            between: true,
+            friction: 0.5,
+            restitution: 0.0,
+            stiffness: 1.0,
+            still: Still::default(),
+            pairs: Pairs::default(),
+            rigid: Rigid::default(),
+        }
+    }
+}
+
+/// What the contacts of free colliders need; memory only.
+#[derive(Debug, Default)]
+struct Rigid {
+    poses: Vec<Pose>,
+    movers: Vec<Mover>,
+    feelers: Vec<(Vec<DVec3>, f64)>,
+    near: Vec<bool>,
+    contacts: Vec<rigid::Contact>,
+}
+
+/// What contact reads of the world.
+pub(crate) struct Scene<'a> {
+    pub particles: &'a Particles,
+    pub bodies: &'a [Body],
+    pub anchors: &'a [Anchor],
+    /// What a step of gravity adds to the velocity of free colliders [m/s]; `dv` of particles has it already.
+    pub fall: DVec3,
+    pub dt: f64,
+    /// Time at the start of the step [s].
+    pub time: f64,
+}
+
+impl Scene<'_> {
+    /// Velocity at the end of the step as far as it is known [m/s].
+    #[inline]
+    fn velocity(&self, i: usize, dv: &[DVec3]) -> DVec3 {
+        self.particles.velocity[i] + dv[i]
+    }
+}
+
+/// What contact knows about particles beside their columns; all but `held` never changes.
+#[derive(Debug, Default)]
+struct Still {
+    /// Half the height of a regular tetrahedron of its volume [m]: where its face would touch.
+    radius: Vec<f64>,
+    /// Whether it is near a surface of the undamaged body.
+    surface: Vec<bool>,
+    /// Bulk modulus [Pa]; infinite where the material has none, which leaves stiffness to the time step.
+    modulus: Vec<f32>,
+    /// Of each body: whether the neighbours in every row of bonds ascend.
+    sorted: Vec<bool>,
+    /// Whether an anchor holds it in this step.
+    held: Vec<bool>,
+}
+
+impl Still {
+    fn of(scene: &Scene<'_>) -> Self {
+        let p = scene.particles;
+        let radius: Vec<f64> = p.volume.par_iter().map(|v| 0.5 * v.cbrt()).collect();
+        let mut sorted = vec![true; scene.bodies.len()];
+        let (mut surface, mut modulus) = (vec![true; p.len()], vec![f32::INFINITY; p.len()]);
+        for (b, sorted) in scene.bodies.iter().zip(&mut sorted) {
+            let kappa = b.material.bulk_moduli();
+            modulus[b.range.clone()].iter_mut().zip(kappa).for_each(|(m, kappa)| *m = kappa as f32);
+            let Some(bonds) = b.material.bonds() else { continue };
+            let row = |i: usize| &bonds.neighbours[bonds.chunks(i).start * CHUNK..][..bonds.family[i] as usize];
+            *sorted = (0..bonds.rows()).into_par_iter().all(|i| row(i).is_sorted());
+            let volume = &p.volume[b.range.clone()];
+            let full = FULL * 4.0 / 3.0 * std::f64::consts::PI * b.horizon.powi(3);
+            surface[b.range.clone()].par_iter_mut().enumerate().for_each(|(i, surface)| {
+                *surface = volume[i] + row(i).iter().map(|&j| volume[j as usize]).sum::<f64>() < full;
+            });
+        }
+        Self { radius, surface, modulus, sorted, held: Vec::new() }
+    }
+
+    /// One over the mass [1/kg]; 0 while it is held.
+    #[inline]
+    fn inverse_mass(&self, i: usize, mass: f64) -> f64 {
+        if self.held[i] { 0.0 } else { 1.0 / mass }
+    }
+
+    #[inline]
+    fn record(&self, i: usize, x: DVec3, u: DVec3, mass: f64) -> Record {
+        Record { x, u, inv_mass: self.inverse_mass(i, mass), radius: self.radius[i] as f32, modulus: self.modulus[i] }
+    }
+}
+
+impl Contact {
+    /// How often the rows of neighbours were made: for judging cost.
+    pub fn builds(&self) -> u64 {
+        self.pairs.neighbours.builds
+    }
+
+    /// How many particles could touch another at the last step: near a surface or damaged.
+    pub fn exposed(&self) -> usize {
+        self.pairs.neighbours.exposed.iter().filter(|&&e| e).count()
+    }
+
+    /// Takes note of what the step before has cut.
+    pub(crate) fn note_cuts(&mut self, bodies: &[Body]) {
+        self.pairs.neighbours.note_cuts(bodies);
+    }
+
+    /// Forgets the rows of neighbours, because the particles may have been replaced. Changes no result.
+    pub(crate) fn forget(&mut self) {
+        self.pairs.neighbours.rank.clear();
+    }
+
+    /// Adds to `dv` what contacts change in this step; [`carry`](Self::carry) does the same for free colliders.
+    pub(crate) fn resolve(&mut self, scene: &Scene<'_>, colliders: &[Collider], dv: &mut [DVec3]) {
+        if self.still.radius.len() != scene.particles.len() {
+            self.still = Still::of(scene);
+        }
+        self.hold(scene, dv);
+        if self.between {
+            let mut pairs = std::mem::take(&mut self.pairs);
+            pairs.resolve(self, scene, &self.still, dv);
+            self.pairs = pairs;
+        }
+        if colliders.is_empty() {
+            return;
+        }
+        self.rigid.poses.clear();
+        self.rigid.poses.extend(colliders.iter().map(|c| Pose::new(c, scene.time, scene.dt)));
+        if colliders.iter().any(Collider::is_free) {
+            self.push_free(scene, colliders, dv);
+        }
+        self.stop(scene, colliders, dv);
+    }
+
+    /// Stops particles at the colliders as they stand at the time of `scene`: contact in a relaxation, where velocities are
+    /// ways per iteration. Particles do not meet each other there, and free colliders stand and are passed.
+    pub(crate) fn lean(&mut self, scene: &Scene<'_>, colliders: &[Collider], dv: &mut [DVec3]) {
+        if self.still.radius.len() != scene.particles.len() {
+            self.still = Still::of(scene);
+        }
+        self.rigid.movers.clear();
+        self.rigid.poses.clear();
+        self.rigid.poses.extend(colliders.iter().map(|c| Pose::standing(c, scene.time, scene.dt)));
+        self.stop(scene, colliders, dv);
+    }
+
+    /// Moves the colliders through the step of `dt` [s] that ends at `time` [s], free ones at the velocity they were found
+    /// to have.
+    pub(crate) fn carry(&self, colliders: &mut [Collider], time: f64, dt: f64) {
+        for (c, mover) in colliders.iter_mut().zip(&self.rigid.movers).filter(|(c, _)| c.is_free()) {
+            mover.settle(c);
+        }
+        let relaxing = self.rigid.movers.is_empty();
+        colliders.iter_mut().filter(|c| !(c.is_free() && relaxing)).for_each(|c| c.advance(time, dt));
+    }
+
+    /// Gives held particles the velocity that their anchor will give them, so that others meet them as they will move.
+    fn hold(&mut self, scene: &Scene<'_>, dv: &mut [DVec3]) {
+        let held = &mut self.still.held;
+        held.clear();
+        held.resize(scene.particles.len(), false);
+        let (time, dt) = (scene.time, scene.dt);
+        for anchor in scene.anchors.iter().filter(|a| a.holds(time + 0.5 * dt)) {
+            for (k, &i) in anchor.particles.iter().enumerate() {
+                let i = i as usize;
+                held[i] = true;
+                let moves = (anchor.place(k, time + dt) - anchor.place(k, time)) / dt;
+                dv[i] = moves - scene.particles.velocity[i];
+            }
+        }
+    }
+
+    /// Free colliders against particles and other colliders.
+    fn push_free(&mut self, scene: &Scene<'_>, colliders: &[Collider], dv: &mut [DVec3]) {
+        let Self { still, rigid: Rigid { poses, movers, feelers, near, contacts }, .. } = self;
+        let p = scene.particles;
+        if feelers.len() != colliders.len() {
+            *feelers = colliders.iter().map(|c| c.shape.feelers()).collect();
+            *contacts =
+                Vec::with_capacity(p.len() + feelers.iter().map(|f| f.0.len()).sum::<usize>() * colliders.len());
+        }
+        movers.clear();
+        movers.extend(colliders.iter().map(|c| Mover::new(c, scene.fall)));
+        contacts.clear();
+        near.resize(p.len(), false);
+        for (k, c) in colliders.iter().enumerate().filter(|(_, c)| c.is_free()) {
+            let (pose, mover) = (&poses[k], &movers[k]);
+            let meet = |i: usize, dv: &[DVec3]| {
+                let (x, w) = (p.position[i], scene.velocity(i, dv) - mover.at(p.position[i]));
+                pose.approach(&c.shape, x, still.radius[i], w).map(|at| (at, w))
+            };
+            let before = &*dv;
+            near.par_iter_mut().enumerate().with_min_len(4096).for_each(|(i, near)| {
+                *near = meet(i, before).is_some();
+            });
+            for i in (0..p.len()).filter(|&i| near[i]) {
+                let Some((at, w)) = meet(i, dv) else { continue };
+                let other = Other::Particle(i as u32, still.inverse_mass(i, p.mass[i]));
+                let x = p.position[i];
+                contacts.push(rigid::Contact::new(k as u32, other, x, at, w, c.friction, c.restitution));
+            }
+        }
+        rigid::between(colliders, poses, movers, feelers, contacts);
+        Motions { movers, velocity: &p.velocity, dv }.solve(contacts);
+    }
+
+    /// Every particle at the colliders that do not give way.
+    fn stop(&self, scene: &Scene<'_>, colliders: &[Collider], dv: &mut [DVec3]) {
+        let (p, radius) = (scene.particles, &self.still.radius);
+        let firm = || colliders.iter().zip(&self.rigid.poses).filter(|(c, _)| !c.is_free());
+        dv.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, dv)| {
+            let (x, before) = (p.position[i], p.velocity[i] + *dv);
+            let mut v = before;
+            for (c, pose) in firm() {
+                let path = pose.velocity(x);
+                if let Some(at) = pose.approach(&c.shape, x, radius[i], v - path) {
+                    v = path + stopped(v - path, at, c.friction, c.restitution);
+                }
+            }
+            *dv += v - before;
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    /// A number in [0, 1) that depends on nothing but `k`.
+    pub fn unit(k: u64) -> f64 {
+        let mut z = k.wrapping_add(0x9E37_79B9_7F4A_7C15).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
