@@ -7,6 +7,9 @@
 //! checkpoint_00001234.fis  the state at a step; the newest few are kept
 //! frames/frame_0000.ply    the surfaces
 //! last.png                 the last frame
+//! compare.png              ours against references, if the scene has `[[compare]]` with curves or fields
+//! compare_1.csv            ours, in the form of the reference; energies.csv too, where their sum is compared
+//! reference_1.csv          the reference
 //! ```
 
 use std::fs;
@@ -94,6 +97,11 @@ impl RunFolder {
     /// The picture of the last frame.
     pub fn picture(&self) -> PathBuf {
         self.dir.join("last.png")
+    }
+
+    /// The plot of ours against references.
+    pub fn comparison(&self) -> PathBuf {
+        self.dir.join("compare.png")
     }
 
     /// The frames.

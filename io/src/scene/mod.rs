@@ -11,6 +11,7 @@
 //!   │                         ├── law: Chosen, criterion: Chosen (name and given keys, unchecked)
 //!   │                         └── cuts: Vec<Cut>
 //!   ├── anchors: Vec<Anchor> ── name, body (index), region, velocity, spin, centre, from, until
+//!   ├── compares: Vec<Compare> ── label, reference: field, track or number
 //!   └── output: Output ── frame_every, checkpoint_every, keep, picture
 //! ```
 
@@ -34,10 +35,10 @@ use fissure_engine::{Ground, Integrator, Registry};
 use glam::DVec3;
 
 pub use error::{Place, SceneError};
-pub use keys::{FREE, Fallback, Key, KeyKind, RIVALS, SHAPES, keys};
+pub use keys::{FREE, Fallback, Key, KeyKind, REFERENCES, RIVALS, SHAPES, keys};
 pub use model::{
-    Anchor, Body, Chosen, Colouring, Cut, Given, Horizon, Output, Picture, Placement, Region, Resolution, Shape,
-    Source, SurfaceMode,
+    Anchor, Body, Chosen, Colouring, Compare, Cut, Given, Horizon, Output, Picture, Placement, Quantity, Reference,
+    Region, Resolution, Shape, Source, SurfaceMode, Table,
 };
 
 /// A scene, read and checked. SI units throughout.
@@ -63,6 +64,8 @@ pub struct Scene {
     pub anchors: Vec<Anchor>,
     /// The ground, normal of length 1; none where the scene has no `[ground]`.
     pub ground: Option<Ground>,
+    /// What the run is compared with, in the order of the file.
+    pub compares: Vec<Compare>,
     /// What a run writes.
     pub output: Output,
     file: Arc<str>,
@@ -131,7 +134,16 @@ impl Scene {
 
     /// Where the table of anchor `k` stands, counted from 0.
     pub fn locate_anchor(&self, k: usize) -> Place {
-        let table = self.tree.child("anchor").and_then(|list| list.child(&(k + 1).to_string()));
+        self.locate_in("anchor", k)
+    }
+
+    /// Where the table of comparison `k` stands, counted from 0.
+    pub fn locate_compare(&self, k: usize) -> Place {
+        self.locate_in("compare", k)
+    }
+
+    fn locate_in(&self, list: &str, k: usize) -> Place {
+        let table = self.tree.child(list).and_then(|list| list.child(&(k + 1).to_string()));
         table.unwrap_or(&self.tree).place.clone()
     }
 

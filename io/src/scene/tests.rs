@@ -242,6 +242,12 @@ fn the_scenes_of_the_project_are_read_and_their_materials_known() {
         assert!(scene.ground.is_some() && scene.dt.is_none(), "{name}");
         scene.check(&registry).unwrap();
     }
+    for name in ["fig09_stretch", "fig10_bend", "fig11_swing", "fig12_twist", "fig13_vibration", "fig13_stand_in"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenes/{name}.toml"));
+        let scene = Scene::load(&path, &[]).unwrap();
+        assert!(scene.compares.len() >= 2 && !scene.anchors.is_empty(), "{name}");
+        scene.check(&registry).unwrap();
+    }
 }
 
 /// For each documented key a line that gives it another value than its default, and lines that it needs beside it.
@@ -270,7 +276,16 @@ fn another(key: &Key) -> Vec<String> {
         (cut, _) if cut.starts_with("body.NAME.cut.N.rectangle.") => {
             vec!["body.vase.cut.1.rectangle={corner = [0, 0, 9], u = [1, 0, 0], v = [0, 2, 0]}".into()]
         }
-        ("anchor.N.body", _) => set("other"),
+        ("anchor.N.body" | "compare.N.body", _) => set("other"),
+        ("compare.N.point", _) => vec!["compare.1.track=t.csv".into(), "compare.1.point=[1, 2, 3]".into()],
+        ("compare.N.track", _) => vec!["compare.1.track=t.csv".into(), "compare.1.point=[0, 0, 0]".into()],
+        ("compare.N.displacement", _) => {
+            ["displacement=1", "point=[0, 0, 0]", "along=[1, 0, 0]"].map(|s| format!("compare.1.{s}")).into()
+        }
+        ("compare.N.force" | "compare.N.torque" | "compare.N.anchor" | "compare.N.along", _) => {
+            let kind = if key.name() == "torque" { "torque=1" } else { "force=1" };
+            [kind, "anchor=anchor 1", "along=[0, 1, 0]"].map(|s| format!("compare.1.{s}")).into()
+        }
         (_, KeyKind::Text) => set("different"),
         (_, KeyKind::Word(words)) => set(words[1]),
         (_, KeyKind::Number(_) | KeyKind::NumberOr(..)) => set("0.125"),
@@ -291,7 +306,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
         + MINIMAL
         + "[body.vase.fracture]\ncriterion = 'none'\n[[body.vase.cut]]\ntriangle = [[0,0,0],[1,0,0],[0,1,0]]\n\
            [body.other]\nmesh = 'o.ply'\ndensity = 1\nmaterial = { law = 'isotropic' }\n\
-           [[anchor]]\nbody = 'vase'\nbox = [[0,0,0],[1,1,1]]\n[ground]\n[output.picture]\n";
+           [[anchor]]\nbody = 'vase'\nbox = [[0,0,0],[1,1,1]]\n[[compare]]\nfield = 'f.csv'\n[ground]\n[output.picture]\n";
     let before = parse(&base).unwrap().fingerprint();
     let mut count = 0;
     for key in keys() {
@@ -303,7 +318,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
         assert_ne!(scene.fingerprint(), before, "{} has no effect", key.path);
         count += 1;
     }
-    assert_eq!(count, 65, "keys that take a value");
+    assert_eq!(count, 77, "keys that take a value");
 }
 
 #[test]
