@@ -21,5 +21,23 @@ fn step(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, step);
+/// One thread, every law with no fracture; and every criterion beside `isotropic`.
+fn laws(c: &mut Criterion) {
+    let registry = fissure_materials::registry();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("threads");
+    let mut group = c.benchmark_group("law");
+    group.sample_size(10);
+    let of_each = registry.entries().iter().map(|e| (e.name, "none"));
+    let criteria = registry.entry("isotropic").expect("registered").criteria.iter().map(|c| ("isotropic", c.name));
+    for (law, criterion) in of_each.chain(criteria.filter(|(_, c)| *c != "none")) {
+        let mut world = fissure_bench::lattice_of(&registry, law, criterion, 24, 3.4);
+        group.throughput(Throughput::Elements(bonds(&world)));
+        group.bench_function(BenchmarkId::new(law, criterion), |b| {
+            pool.install(|| b.iter(|| world.step().expect("stable")));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, step, laws);
 criterion_main!(benches);

@@ -1,4 +1,5 @@
-//! Times the step outside criterion: `cargo run --release -p fissure-bench --example kernel -- 67 3.4 10`.
+//! Times the step outside criterion: `cargo run --release -p fissure-bench --example kernel -- 67 3.4 10 plastic none`, the
+//! last two being the law and the fracture criterion.
 
 use std::time::Instant;
 
@@ -6,7 +7,9 @@ fn main() {
     let arg = |k: usize, default: f64| std::env::args().nth(k).and_then(|a| a.parse().ok()).unwrap_or(default);
     let (n, horizon, steps) = (arg(1, 67.0) as i32, arg(2, 3.4), arg(3, 10.0) as usize);
     let start = Instant::now();
-    let mut world = fissure_bench::lattice(n, horizon);
+    let word = |k: usize, default: &str| std::env::args().nth(k).unwrap_or(default.into());
+    let (law, criterion) = (word(4, "isotropic"), word(5, "critical_stretch"));
+    let mut world = fissure_bench::lattice_of(&fissure_materials::registry(), &law, &criterion, n, horizon);
     let bonds = world.bond_counts().0;
     println!(
         "{} particles, {bonds} directed bonds, built in {:.2} s",

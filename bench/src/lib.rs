@@ -1,16 +1,37 @@
 //! Problems that benchmarks share, with nothing of a file or a mesher in them.
 
-use fissure_engine::{BodyInput, Families, Registry, Value, World};
+use fissure_engine::{BodyInput, Families, Parameter, Registry, Surroundings, Value, World};
 use glam::{DVec3, IVec3};
+
+/// Values for the keys of laws and criteria: glass-like, and such that nothing yields or breaks.
+const VALUES: [(&str, f64); 9] = [
+    ("bulk_modulus", 14.9e9),
+    ("shear_modulus", 14.9e9),
+    ("yield_stress", 14.9e9),
+    ("relaxing_share", 0.5),
+    ("relaxation_time", 1e-3),
+    ("critical_stretch", 0.5),
+    ("energy_release_rate", 1e9),
+    ("tension_release_rate", 1e9),
+    ("shear_release_rate", 1e9),
+];
+
+/// What `parameters` ask for, of [`VALUES`]; and an anisotropy that is one.
+fn given(parameters: &[Parameter]) -> Vec<(String, Value)> {
+    let known = VALUES.iter().map(|&(key, value)| (key, Value::Number(value)));
+    let matrix = ("matrix", Value::List(vec![1.0, 1.0, 2.0]));
+    let asked = |key: &str| parameters.iter().any(|p| p.name == key);
+    known.chain([matrix]).filter(|(key, _)| asked(key)).map(|(key, value)| (key.to_string(), value)).collect()
+}
 
 /// A cubic lattice of `n`³ particles with everybody within `horizon` spacings, in Morton order. The LAMMPS deck that we
 /// compare with simulates the same block: spacing 5e-4 m, ρ = 2200 kg/m³.
 pub fn lattice(n: i32, horizon: f64) -> World {
-    lattice_of(&fissure_materials::registry(), "isotropic", n, horizon)
+    lattice_of(&fissure_materials::registry(), "isotropic", "critical_stretch", n, horizon)
 }
 
-/// As [`lattice`], with the law `law` of `registry` (κ = μ = 14.9 GPa) and a critical stretch that nothing reaches.
-pub fn lattice_of(registry: &Registry, law: &str, n: i32, horizon: f64) -> World {
+/// As [`lattice`], with a law and a criterion of `registry`; nothing yields or breaks.
+pub fn lattice_of(registry: &Registry, law: &str, criterion: &str, n: i32, horizon: f64) -> World {
     const SPACING: f64 = 5e-4;
     let mut cells: Vec<IVec3> = (0..n * n * n).map(|k| IVec3::new(k / (n * n), k / n % n, k % n)).collect();
     let spread = |x: i32| (0..10).fold(0u32, |m, b| m | ((x as u32 >> b & 1) << (3 * b)));
@@ -37,13 +58,11 @@ pub fn lattice_of(registry: &Registry, law: &str, n: i32, horizon: f64) -> World
     let points: Vec<DVec3> = cells.iter().map(|c| c.as_dvec3() * SPACING).collect();
     let ids: Vec<u32> = (0..points.len() as u32).collect();
     let volumes = vec![SPACING.powi(3); points.len()];
-    let number = |name: &str, value: f64| (name.to_string(), Value::Number(value));
+    let entry = registry.entry(law).expect("a registered law");
+    let breaks = entry.criteria.iter().find(|c| c.name == criterion).expect("a registered criterion");
+    let at = Surroundings { horizon: horizon * SPACING, spacing: SPACING };
     let material = registry
-        .make(
-            (law, vec![number("bulk_modulus", 14.9e9), number("shear_modulus", 14.9e9)]),
-            ("critical_stretch", vec![number("critical_stretch", 0.5)]),
-            &fissure_engine::Surroundings { horizon: horizon * SPACING, spacing: SPACING },
-        )
+        .make((law, given(entry.parameters)), (criterion, given(breaks.parameters)), &at)
         .expect("valid parameters");
     let mut world = World::default();
     world.dt = 5e-8;

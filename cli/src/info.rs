@@ -59,6 +59,9 @@ fn scene(path: &Path, registry: &Registry) -> Result<(), Error> {
             Source::Shape(shape) => format!("{shape:?}"),
         };
         say!("body {}: {from}, {} with {}", body.name, body.law.name, body.criterion.name);
+        for part in &body.parts {
+            say!("  region {}: {} with {}", part.name, part.law.name, part.criterion.name);
+        }
     }
     Ok(())
 }

@@ -36,6 +36,7 @@ fn list(parameters: &[Parameter]) {
             Kind::NumberOr(range, default) => format!("number{unit}, {range}, default {default}"),
             Kind::OptionalNumber(range) => format!("number{unit}, {range}, optional"),
             Kind::Word(words) => format!("one of {}; default {}", words.join(", "), words[0]),
+            Kind::Vector(default) => format!("3 numbers{unit}, default {default:?}"),
             Kind::Matrix => "3 or 9 numbers, default identity".into(),
         };
         say!("  {:<18} {kind}\n  {:<18} {}", p.name, "", p.about);

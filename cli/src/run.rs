@@ -270,12 +270,15 @@ impl Driver {
             let body = &self.simulation.world.bodies[k];
             let told = &self.scene.bodies[k];
             let bonds = body.material.bonds().map_or(0, |b| b.directed());
-            let entry = registry.entry(&told.law.name).map_err(|e| self.scene.blame(&body.name, &e))?;
-            let material = chosen(&told.law, entry.parameters);
-            let criterion = entry.criteria.iter().find(|c| c.name == told.criterion.name);
-            let fracture = chosen(&told.criterion, criterion.map_or(&[], |c| c.parameters));
+            let described = |law: &Chosen, criterion: &Chosen| {
+                let entry = registry.entry(&law.name).map_err(|e| self.scene.blame(&body.name, &e))?;
+                let known = entry.criteria.iter().find(|c| c.name == criterion.name);
+                let (material, limits) = (chosen(law, entry.parameters), known.map_or(&[][..], |c| c.parameters));
+                Ok::<_, Error>(format!("{material}; fracture {}", chosen(criterion, limits)))
+            };
+            let material = described(&told.law, &told.criterion)?;
             let sentence = format!(
-                "body {}: {} particles, {bonds} directed bonds ({:.1} each), spacing {:.3e} m, horizon {:.3e} m; {material}; fracture {fracture}",
+                "body {}: {} particles, {bonds} directed bonds ({:.1} each), spacing {:.3e} m, horizon {:.3e} m; {material}",
                 body.name,
                 body.range.len(),
                 bonds as f64 / body.range.len().max(1) as f64,
@@ -283,6 +286,11 @@ impl Driver {
                 body.horizon
             );
             self.log.say(&sentence);
+            for part in &told.parts {
+                let density = part.density;
+                let made = described(&part.law, &part.criterion)?;
+                self.log.say(&format!("  region {}: {density} kg/m³, {made}", part.name));
+            }
         }
         let dt = self.simulation.world.dt;
         let relax = self.simulation.world.relaxes();

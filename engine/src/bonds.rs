@@ -7,7 +7,8 @@
 //! ```
 //! Both directions of a bond are stored and a row is written by its own particle only, so no pass needs atomics. A
 //! broken bond only loses its bit: neighbours and weights never change, and a checkpoint stores one bit per bond.
-//! Padding slots point at their own particle and have no bit.
+//! Padding slots point at their own particle and have no bit. In a body of several regions a row is ordered by the region
+//! of the neighbour and padded region by region, so that a chunk holds neighbours of one region only.
 
 use glam::{DVec3, Vec3};
 
@@ -62,37 +63,54 @@ pub struct Bonds {
 impl Bonds {
     /// Lays out the rows of `families`; `influence` gives ω of a rest bond ξ [m].
     pub fn new(families: &Families, rest: &[Vec3], influence: impl Fn(usize, DVec3) -> f64) -> Self {
+        Self::grouped(families, rest, &[], |i, _, xi| influence(i, xi)).0
+    }
+
+    /// The same with rows ordered by the region of the neighbour, so that every chunk holds neighbours of one region; and
+    /// the region of each chunk. `regions` has one number per particle, or none: then all are in one, and no numbers
+    /// come back. `influence` is asked for ω of i, j, ξ.
+    pub fn grouped(
+        families: &Families,
+        rest: &[Vec3],
+        regions: &[u8],
+        influence: impl Fn(usize, usize, DVec3) -> f64,
+    ) -> (Self, Vec<u8>) {
         let rows = families.len();
+        let region = |j: u32| regions.get(j as usize).copied();
         let mut offsets = Vec::with_capacity(rows + 1);
         offsets.push(0u32);
-        for i in 0..rows {
-            let chunks = families.row(i).len().div_ceil(CHUNK) as u32;
-            offsets.push(offsets[i] + chunks);
-        }
-        let chunks = offsets[rows] as usize;
-        let mut neighbours = Vec::with_capacity(chunks * CHUNK);
-        let mut weight = Vec::with_capacity(chunks * CHUNK);
-        let mut intact = Vec::with_capacity(chunks);
+        let slots: usize = (0..rows).map(|i| families.row(i).len().next_multiple_of(CHUNK)).sum();
+        let (mut neighbours, mut weight) = (Vec::with_capacity(slots), Vec::with_capacity(slots));
+        let (mut intact, mut of_chunk) = (Vec::with_capacity(slots / CHUNK), Vec::new());
+        let mut sorted = Vec::new();
         for i in 0..rows {
             let home = rest[i].as_dvec3();
-            for group in families.row(i).chunks(CHUNK) {
+            sorted.clear();
+            sorted.extend_from_slice(families.row(i));
+            if !regions.is_empty() {
+                sorted.sort_by_key(|&j| region(j)); // stable: as before within a region
+            }
+            for group in sorted.chunk_by(|&a, &b| region(a) == region(b)).flat_map(|same| same.chunks(CHUNK)) {
                 for &j in group {
                     neighbours.push(j);
-                    weight.push(influence(i, rest[j as usize].as_dvec3() - home) as f32);
+                    weight.push(influence(i, j as usize, rest[j as usize].as_dvec3() - home) as f32);
                 }
                 neighbours.resize(neighbours.len() + CHUNK - group.len(), i as u32);
                 weight.resize(neighbours.len(), 0.0);
                 intact.push((0xFFu32 >> (CHUNK - group.len())) as u8);
+                of_chunk.extend(region(group[0]));
             }
+            offsets.push(intact.len() as u32);
         }
         let family = (0..rows).map(|i| families.row(i).len() as u32).collect::<Vec<_>>();
-        Self {
+        let bonds = Self {
             offsets: offsets.into(),
             neighbours: neighbours.into(),
             weight: weight.into(),
             intact: intact.into(),
             family: family.into(),
-        }
+        };
+        (bonds, of_chunk)
     }
 
     /// Number of rows, one per particle.
@@ -118,9 +136,10 @@ impl Bonds {
 
     /// Slots of row `i` that have a bond, also where it is broken.
     #[inline(always)]
-    pub fn built(&self, i: usize) -> std::ops::Range<usize> {
-        let first = self.offsets[i] as usize * CHUNK;
-        first..first + self.family[i] as usize
+    pub fn built(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        let row = self.offsets[i] as usize * CHUNK..self.offsets[i + 1] as usize * CHUNK;
+        // padding, which comes between the regions of the neighbours too, points at the particle itself
+        row.filter(move |&slot| self.neighbours[slot] as usize != i)
     }
 
     /// Slots of row `i` whose bond holds.

@@ -8,6 +8,8 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 use wide::f32x8;
 
+use crate::erased::{CriterionIn, DynCriterion, DynLaw, LawIn};
+
 /// A number, or eight of them side by side.
 pub trait Lane:
     Copy
@@ -41,6 +43,13 @@ pub trait Lane:
     fn below(self, other: Self) -> Self::Mask;
     /// `yes` where the mask holds, `no` elsewhere.
     fn pick(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    /// The side of a law of unknown type that speaks this lane.
+    #[doc(hidden)]
+    fn law(law: &dyn DynLaw) -> &dyn LawIn<Self>;
+    /// The side of a criterion of unknown type that speaks this lane.
+    #[doc(hidden)]
+    fn criterion(criterion: &dyn DynCriterion) -> &dyn CriterionIn<Self>;
 
     /// `self` limited to `low ..= high`.
     #[inline(always)]
@@ -88,6 +97,12 @@ macro_rules! scalar_lane {
             #[inline(always)]
             fn pick(mask: bool, yes: Self, no: Self) -> Self {
                 if mask { yes } else { no }
+            }
+            fn law(law: &dyn DynLaw) -> &dyn LawIn<Self> {
+                law
+            }
+            fn criterion(criterion: &dyn DynCriterion) -> &dyn CriterionIn<Self> {
+                criterion
             }
         }
     };
@@ -158,6 +173,14 @@ impl Lane for f32x8 {
     #[inline(always)]
     fn pick(mask: Mask8, yes: Self, no: Self) -> Self {
         mask.0.select(yes, no)
+    }
+    #[inline(always)]
+    fn law(law: &dyn DynLaw) -> &dyn LawIn<Self> {
+        law
+    }
+    #[inline(always)]
+    fn criterion(criterion: &dyn DynCriterion) -> &dyn CriterionIn<Self> {
+        criterion
     }
 }
 

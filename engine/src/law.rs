@@ -59,6 +59,10 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     /// A number that every particle adds up and no force reads, a multiplier or a work; it survives restarts.
     const TALLY: Option<Column> = None;
 
+    /// Whether a body has one of these per region; only [`AnyLaw`](crate::erased::AnyLaw) says so.
+    #[doc(hidden)]
+    const SEVERAL: bool = false;
+
     /// Reads the parameters.
     ///
     /// # Errors
@@ -79,6 +83,12 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     /// Influence ω of rest bond ξ [m]; default δ/|ξ| (Eq. 5). Anisotropy is only another ω (Eq. 17).
     fn influence(&self, xi: DVec3, horizon: f64) -> f64 {
         horizon / xi.length()
+    }
+
+    /// The same for a bond whose middle is at `middle` [m], relative to the middle of the body's bounding box at rest; this
+    /// is what bodies are built with. Default: the same everywhere.
+    fn influence_at(&self, _middle: DVec3, xi: DVec3, horizon: f64) -> f64 {
+        self.influence(xi, horizon)
     }
 
     /// Whether the frozen weights get pair factors that give cut-off families near surfaces back the stiffness of full

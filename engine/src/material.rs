@@ -40,6 +40,14 @@ pub enum BuildError {
         /// The value.
         value: f64,
     },
+    /// More particles than a body of bonds can have.
+    #[error("{particles} particles are more than the {most} that one body can have; make several bodies of it")]
+    TooMany {
+        /// How many.
+        particles: usize,
+        /// At most.
+        most: usize,
+    },
 }
 
 /// A body's material: the outer plug-in interface, one dynamic call per body and phase.
@@ -83,6 +91,11 @@ pub trait Material: Send + Sync {
     /// The bonds, if the material has any.
     fn bonds(&self) -> Option<&Bonds> {
         None
+    }
+
+    /// Whether restored columns fit each other and so many particles; a file with right checksums may still lie.
+    fn consistent(&self, particles: usize) -> bool {
+        self.bonds().is_none_or(|b| b.consistent(particles))
     }
 
     /// Shows every array that must survive a restart, always in the same order.

@@ -64,6 +64,8 @@ pub enum Kind {
     Word(&'static [&'static str]),
     /// A matrix of 3×3 numbers, by rows, or 3 for a diagonal one; identity by default.
     Matrix,
+    /// A list of 3 numbers with a default.
+    Vector([f64; 3]),
 }
 
 /// The declaration of a parameter.
@@ -204,6 +206,18 @@ impl Params {
         }
     }
 
+    /// A list of 3 numbers, the one given or its default.
+    ///
+    /// # Panics
+    /// If the law did not declare `key` as a vector.
+    pub fn vector(&self, key: &str) -> [f64; 3] {
+        match (self.value(key), self.declaration(key).kind) {
+            (Some(Value::List(l)), Kind::Vector(_)) => [l[0], l[1], l[2]],
+            (_, Kind::Vector(default)) => default,
+            _ => panic!("`{key}` is not declared as a vector"),
+        }
+    }
+
     fn value(&self, key: &str) -> Option<&Value> {
         self.given.iter().find(|(k, _)| k == key).map(|(_, v)| v)
     }
@@ -228,6 +242,8 @@ fn check(p: &Parameter, value: &Value) -> Result<(), ParamError> {
         (Kind::Word(words), Value::Word(w)) if words.contains(&w.as_str()) => Ok(()),
         (Kind::Word(words), _) => fail(format!("one of {}", words.join(", "))),
         (Kind::Matrix, Value::List(l)) if matches!(l.len(), 3 | 9) && l.iter().all(|x| x.is_finite()) => Ok(()),
+        (Kind::Vector(_), Value::List(l)) if l.len() == 3 && l.iter().all(|x| x.is_finite()) => Ok(()),
+        (Kind::Vector(_), _) => fail("a list of 3 numbers".into()),
         (Kind::Matrix, _) => fail("a list of 3 (diagonal) or 9 (by rows) numbers".into()),
     }
 }

@@ -1,5 +1,6 @@
 //! The visible list of materials: a word in a scene file to a built material.
 
+use crate::erased::Part;
 use crate::fracture::{Bulk, Criterion, CriticalStretch, EnergyRelease, TensionShear, Unbreakable};
 use crate::law::{BondLaw, Surroundings};
 use crate::material::Material;
@@ -15,6 +16,8 @@ pub enum Wants {
 
 /// Makes a material from the parameters of law and criterion.
 type Make = fn(&Params, &Params, &Surroundings) -> Result<Box<dyn Material>, ParamError>;
+/// Makes a region's share of a material.
+type MakePart = fn(&Params, &Params, &Surroundings) -> Result<Part, ParamError>;
 
 /// A criterion registered beside a law.
 #[derive(Clone)]
@@ -26,6 +29,7 @@ pub struct CriterionEntry {
     /// Its parameters.
     pub parameters: &'static [Parameter],
     make: Make,
+    pub(crate) part: MakePart,
 }
 
 /// A registered material.
@@ -65,9 +69,12 @@ impl Registry {
             summary: C::SUMMARY,
             parameters: C::PARAMETERS,
             make: |law, criterion, at| {
-                let law = T::from_params(law, at)?;
-                let criterion = C::from_params(criterion, at, &Bulk::of(&law, at.horizon))?;
-                Ok(Box::new(Peridynamic::<T, C, M>::new(law, criterion, at.horizon)))
+                let (law, criterion) = read::<T, C, M>(law, criterion, at)?;
+                Ok(Box::new(Peridynamic::new(law, criterion, at.horizon)))
+            },
+            part: |law, criterion, at| {
+                let (law, criterion) = read::<T, C, M>(law, criterion, at)?;
+                Ok(Part::new(law, criterion))
             },
         };
         let entry = match self.entries.iter().position(|e| e.name == T::NAME) {
@@ -103,6 +110,16 @@ impl Registry {
         self.entries.iter().find(|e| e.name == name).ok_or_else(unknown)
     }
 
+    /// The law and the criterion beside it.
+    pub(crate) fn find(&self, law: &str, criterion: &str) -> Result<(&Entry, &CriterionEntry), ParamError> {
+        let entry = self.entry(law)?;
+        let names: Vec<&str> = entry.criteria.iter().map(|c| c.name).collect();
+        let unknown =
+            || ParamError::new("criterion", format!("no criterion is called `{criterion}`{}", hint(criterion, &names)));
+        let fracture = entry.criteria.iter().find(|c| c.name == criterion).ok_or_else(unknown)?;
+        Ok((entry, fracture))
+    }
+
     /// Makes the material `law` with fracture `criterion` from the values that a scene gives.
     ///
     /// # Errors
@@ -113,17 +130,19 @@ impl Registry {
         criterion: (&str, Vec<(String, Value)>),
         at: &Surroundings,
     ) -> Result<Box<dyn Material>, ParamError> {
-        let entry = self.entry(law.0)?;
-        let names: Vec<&str> = entry.criteria.iter().map(|c| c.name).collect();
-        let unknown = || {
-            ParamError::new(
-                "criterion",
-                format!("no criterion is called `{}`{}", criterion.0, hint(criterion.0, &names)),
-            )
-        };
-        let fracture = entry.criteria.iter().find(|c| c.name == criterion.0).ok_or_else(unknown)?;
+        let (entry, fracture) = self.find(law.0, criterion.0)?;
         let law = Params::new(entry.parameters.to_vec(), law.1)?;
         let criterion = Params::new(fracture.parameters.to_vec(), criterion.1)?;
         (fracture.make)(&law, &criterion, at)
     }
+}
+
+fn read<T: BondLaw<M>, C: Criterion, const M: usize>(
+    law: &Params,
+    criterion: &Params,
+    at: &Surroundings,
+) -> Result<(T, C), ParamError> {
+    let law = T::from_params(law, at)?;
+    let criterion = C::from_params(criterion, at, &Bulk::of(&law, at.horizon))?;
+    Ok((law, criterion))
 }

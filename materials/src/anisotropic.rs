@@ -9,19 +9,40 @@ use glam::{DMat3, DVec3};
 
 use crate::{Isotropic, Plastic};
 
-const MATRIX: Parameter = Parameter {
-    name: "matrix",
-    unit: "1",
-    kind: Kind::Matrix,
-    about: "anisotropy matrix G of Eq. 17: bonds along its long directions are weak",
-};
+/// What the law adds to the table of the one that it is around.
+const OWN: [Parameter; 4] = [
+    Parameter {
+        name: "matrix",
+        unit: "1",
+        kind: Kind::Matrix,
+        about: "anisotropy matrix G of Eq. 17: bonds along its long directions are weak",
+    },
+    Parameter {
+        name: "field",
+        unit: "1",
+        kind: Kind::Word(&["uniform", "cylindrical", "spherical"]),
+        about: "directions of G: x, y, z; or outwards, around and along `axis`; or outwards, around and towards the pole",
+    },
+    Parameter {
+        name: "axis",
+        unit: "1",
+        kind: Kind::Vector([0.0, 1.0, 0.0]),
+        about: "direction of the axis of the field; its length does not matter",
+    },
+    Parameter {
+        name: "centre",
+        unit: "m",
+        kind: Kind::Vector([0.0; 3]),
+        about: "a point of the axis, or the centre, from the middle of the body's bounding box at rest",
+    },
+];
 
-/// The table of `base` with [`MATRIX`] at its end.
-const fn and_matrix<const N: usize>(base: &[Parameter]) -> [Parameter; N] {
-    let mut table = [MATRIX; N];
+/// The table of `base` with [`OWN`] at its end.
+const fn and_own<const N: usize>(base: &[Parameter]) -> [Parameter; N] {
+    let mut table = [OWN[0]; N];
     let mut k = 0;
-    while k < base.len() {
-        table[k] = base[k];
+    while k < N {
+        table[k] = if k < base.len() { base[k] } else { OWN[k - base.len()] };
         k += 1;
     }
     table
@@ -33,7 +54,7 @@ pub trait Base<const M: usize>: BondLaw<M> {
     const NAME: &'static str;
     /// One line of help.
     const SUMMARY: &'static str;
-    /// The parameters of the law, and `matrix`.
+    /// The parameters of the law, and [`OWN`].
     const PARAMETERS: &'static [Parameter];
 
     /// The law under an influence that depends on the direction of the bond.
@@ -46,14 +67,14 @@ impl Base<0> for Isotropic {
     const NAME: &'static str = "anisotropic";
     const SUMMARY: &'static str = "elastic solid that is stiffer in some directions (Chen et al., Sec. 4.3)";
     const PARAMETERS: &'static [Parameter] =
-        &and_matrix::<{ <Self as BondLaw<0>>::PARAMETERS.len() + 1 }>(<Self as BondLaw<0>>::PARAMETERS);
+        &and_own::<{ <Self as BondLaw<0>>::PARAMETERS.len() + OWN.len() }>(<Self as BondLaw<0>>::PARAMETERS);
 }
 
 impl Base<1> for Plastic {
     const NAME: &'static str = "anisotropic_plastic";
     const SUMMARY: &'static str = "elastoplastic solid that is stiffer in some directions (Chen et al., Sec. 4.3)";
     const PARAMETERS: &'static [Parameter] =
-        &and_matrix::<{ <Self as BondLaw<1>>::PARAMETERS.len() + 1 }>(<Self as BondLaw<1>>::PARAMETERS);
+        &and_own::<{ <Self as BondLaw<1>>::PARAMETERS.len() + OWN.len() }>(<Self as BondLaw<1>>::PARAMETERS);
 
     fn directional(self) -> Self {
         Plastic::directional(self)
@@ -64,6 +85,30 @@ impl Base<1> for Plastic {
 pub struct Anisotropic<T> {
     base: T,
     g: DMat3,
+    field: Field,
+}
+
+/// How the directions of G turn from place to place.
+enum Field {
+    Uniform,
+    /// About the axis through the point: the rings of a tree.
+    Cylindrical(DVec3, DVec3),
+    /// About the point, with the poles along the axis: the layers of an onion.
+    Spherical(DVec3, DVec3),
+}
+
+impl Field {
+    /// The directions at `x`, by columns. On the axis and at the centre, where there are none, some that are right angled.
+    fn at(&self, x: DVec3) -> DMat3 {
+        let (axis, outwards) = match *self {
+            Self::Uniform => return DMat3::IDENTITY,
+            Self::Cylindrical(axis, centre) => (axis, (x - centre).reject_from_normalized(axis)),
+            Self::Spherical(axis, centre) => (axis, x - centre),
+        };
+        let outwards = outwards.try_normalize().unwrap_or_else(|| axis.any_orthonormal_vector());
+        let around = axis.cross(outwards).try_normalize().unwrap_or_else(|| outwards.any_orthonormal_vector());
+        DMat3::from_cols(outwards, around, outwards.cross(around))
+    }
 }
 
 impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
@@ -76,15 +121,24 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
     const TALLY: Option<Column> = T::TALLY;
 
     fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError> {
-        let g = DMat3::from_cols_array_2d(&p.matrix(MATRIX.name)).transpose();
+        let g = DMat3::from_cols_array_2d(&p.matrix("matrix")).transpose();
         let size = g.to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()));
         // scaled before the determinant, which could overflow
         if size == 0.0 || (g * (1.0 / size)).determinant().abs() < 1e-9 {
             let message =
                 "`matrix` is singular: bonds along one direction would have infinite influence; give an invertible G";
-            return Err(ParamError::new(MATRIX.name, message.into()));
+            return Err(ParamError::new("matrix", message.into()));
         }
-        Ok(Self { base: T::from_params(p, at)?.directional(), g })
+        let (axis, centre) = (DVec3::from_array(p.vector("axis")), DVec3::from_array(p.vector("centre")));
+        let Some(axis) = axis.try_normalize() else {
+            return Err(ParamError::new("axis", "`axis` has no direction; give one that is not 0".into()));
+        };
+        let field = match p.word("field") {
+            "cylindrical" => Field::Cylindrical(axis, centre),
+            "spherical" => Field::Spherical(axis, centre),
+            _ => Field::Uniform,
+        };
+        Ok(Self { base: T::from_params(p, at)?.directional(), g, field })
     }
 
     fn needs_cos(&self) -> bool {
@@ -97,6 +151,10 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
 
     fn influence(&self, xi: DVec3, horizon: f64) -> f64 {
         horizon / (self.g * xi).length()
+    }
+
+    fn influence_at(&self, middle: DVec3, xi: DVec3, horizon: f64) -> f64 {
+        self.influence(self.field.at(middle).transpose() * xi, horizon)
     }
 
     #[inline(always)]

@@ -53,11 +53,12 @@ fn swing(across: usize, formulation: &str) -> Errors {
 #[test]
 fn a_beam_swings_as_finite_elements_do_and_keeps_its_energy() {
     let e = swing(4, "default");
+    // measured: 3.6 % of the depth, 2.2 % of its time, 4.4 % of the diagonal, 4e-7 of the energy
     assert!(e.lowest < 0.12 && e.position < 0.1 && e.energy < 1e-3, "{} {} {}", e.lowest, e.position, e.energy);
 }
 
 #[test]
-#[ignore = "8 elements across, 5 minutes"]
+#[ignore = "8 elements across, minutes"]
 fn errors_fall_under_refinement() {
     let (coarse, e) = (swing(4, "default"), swing(8, "default"));
     assert!(e.lowest < 0.06 && e.lowest < coarse.lowest, "{} {}", coarse.lowest, e.lowest);
@@ -65,7 +66,7 @@ fn errors_fall_under_refinement() {
 }
 
 #[test]
-#[ignore = "the paper as written, for the table: 1 minute"]
+#[ignore = "the paper as written, for the table: a minute"]
 fn the_paper_as_written_swings_too() {
     swing(4, "as_written");
 }

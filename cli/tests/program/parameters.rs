@@ -51,6 +51,9 @@ fn outside(p: &Parameter) -> Vec<(String, Vec<String>)> {
         Kind::Word(words) => {
             ["\"none_such\"", "3"].map(|bad| (bad.to_string(), words.iter().map(|w| w.to_string()).collect())).into()
         }
+        Kind::Vector(_) => {
+            ["[1, 2]", "3", "\"up\""].map(|bad| (bad.to_string(), vec!["a list of 3 numbers".into()])).into()
+        }
         Kind::Matrix => {
             ["[1, 2]", "3", "\"identity\""].map(|bad| (bad.to_string(), vec!["3 (diagonal) or 9".into()])).into()
         }

@@ -6,8 +6,9 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
+use super::parts::{Criteria, Laws, Regions};
 use super::passes::{Memory, Scene};
-use super::pose::{Record, Record32, Record64};
+use super::pose::{MOST, Record, Record32, Record64};
 use super::rows::{PerChunk, in_blocks};
 use super::{stable, surface};
 use crate::bonds::{Bonds, CHUNK};
@@ -27,7 +28,9 @@ const LEAST_M: f64 = 0.1;
 
 /// The bonds of a body and their law `T` with `M` remembered numbers.
 pub(super) struct Body<T, const M: usize> {
-    pub law: T,
+    /// One, or one per region.
+    laws: Vec<T>,
+    pub regions: Regions,
     horizon: f64,
     pub bonds: Bonds,
     /// One over the weighted volume m_i [1/m⁵], frozen when bonds break.
@@ -70,9 +73,10 @@ fn weighted_volumes(bonds: &Bonds, rest: &[Vec3], volume: &[f64]) -> Vec<f64> {
 }
 
 impl<T: BondLaw<M>, const M: usize> Body<T, M> {
-    pub fn new(law: T, horizon: f64) -> Self {
+    pub fn new(laws: Vec<T>, regions: Regions, horizon: f64) -> Self {
         Self {
-            law,
+            laws,
+            regions,
             horizon,
             bonds: Bonds::default(),
             inv_m: Buffer::default(),
@@ -83,12 +87,16 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         }
     }
 
+    pub fn laws(&self) -> Laws<'_, T, M> {
+        Laws::new(&self.laws, &self.regions)
+    }
+
     pub fn memory(&self) -> Memory<'_, M> {
         Memory { own: self.own.each_ref().map(|b| &b[..]), twin: self.twin.each_ref().map(|b| &b[..]) }
     }
 
     fn frame(&self, p: &BodyParticles<'_>) -> Frame {
-        if self.law.needs_cos() { Frame::moved(p) } else { Frame::fit(p) }
+        if self.laws().needs_cos() { Frame::moved(p) } else { Frame::fit(p) }
     }
 
     fn pose<R: Record>(inv_m: &[f64], p: &BodyParticles<'_>, frame: &Frame, records: &mut [R]) {
@@ -99,21 +107,21 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
     }
 
     /// θ of every particle, into `theta` and the records.
-    fn dilate<R: Record>(law: &T, bonds: &Bonds, records: &mut [R], theta: &mut [f64]) {
+    fn dilate<R: Record>(laws: Laws<'_, T, M>, bonds: &Bonds, records: &mut [R], theta: &mut [f64]) {
         let scene = Scene::new(bonds, records);
         in_blocks(0..theta.len(), &mut *theta, &|rows, theta: &mut [f64]| {
             for (theta, i) in theta.iter_mut().zip(rows) {
-                *theta = scene.dilatation(law, i);
+                *theta = scene.dilatation(laws, i);
             }
         });
         records.par_iter_mut().zip(&*theta).with_min_len(1024).for_each(|(r, &t)| r.set_theta(t));
     }
 
     /// Norm of every particle, of records that have their θ.
-    fn sum_norms<R: Record>(law: &T, scene: Scene<'_, R>, memory: &Memory<'_, M>, norm: &mut [f64]) {
+    fn sum_norms<R: Record>(laws: Laws<'_, T, M>, scene: Scene<'_, R>, memory: &Memory<'_, M>, norm: &mut [f64]) {
         in_blocks(0..norm.len(), norm, &|rows, norm: &mut [f64]| {
             for (norm, i) in norm.iter_mut().zip(rows) {
-                *norm = scene.norm(memory, law, i);
+                *norm = scene.norm(memory, laws, i);
             }
         });
     }
@@ -122,7 +130,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
     pub fn update_norms(&mut self) {
         let mut norm = std::mem::take(&mut self.scratch.norm);
         norm.resize(self.bonds.rows(), 0.0);
-        Self::sum_norms(&self.law, Scene::new(&self.bonds, &self.scratch.records), &self.memory(), &mut norm);
+        Self::sum_norms(self.laws(), Scene::new(&self.bonds, &self.scratch.records), &self.memory(), &mut norm);
         self.scratch.norm = norm;
     }
 
@@ -134,7 +142,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         s.theta.resize(p.len(), 0.0);
         Self::pose(&self.inv_m, p, &frame, &mut s.records);
         if with_theta {
-            Self::dilate(&self.law, &self.bonds, &mut s.records, &mut s.theta);
+            Self::dilate(Laws::new(&self.laws, &self.regions), &self.bonds, &mut s.records, &mut s.theta);
         }
         if T::NEEDS_NORM {
             self.update_norms();
@@ -144,15 +152,28 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
 
     pub fn build(&mut self, g: Geometry<'_>) -> Result<(), BuildError> {
         let (p, n) = (g.particles, g.particles.len());
+        if n > MOST {
+            return Err(BuildError::TooMany { particles: n, most: MOST });
+        }
         for (what, column) in [("volume", p.volume), ("mass", p.mass)] {
             if let Some(particle) = column.iter().position(|&x| !(x > 0.0 && x.is_finite())) {
                 return Err(BuildError::NotPositive { particle, what, value: column[particle] });
             }
         }
-        self.bonds = Bonds::new(&g.families, p.rest, |_, xi| self.law.influence(xi, self.horizon));
+        let (laws, regions) = (&self.laws, &self.regions.rows[..]);
+        let (bonds, chunks) = Bonds::grouped(&g.families, p.rest, regions, |i, j, xi| {
+            let middle = 0.5 * (p.rest[i].as_dvec3() + p.rest[j].as_dvec3());
+            let of = |region: u8| laws[usize::from(region)].influence_at(middle, xi, self.horizon);
+            match (regions.get(i), regions.get(j)) {
+                (Some(&a), Some(&b)) if a != b => 0.5 * (of(a) + of(b)),
+                (region, _) => of(region.copied().unwrap_or(0)),
+            }
+        });
+        (self.bonds, self.regions.chunks) = (bonds, chunks.into());
         drop(g.families);
         let mut m = weighted_volumes(&self.bonds, p.rest, p.volume);
-        if self.law.compensates_surface() {
+        // the factor belongs to the geometry, so it is for bodies all of whose laws want it
+        if self.laws.iter().all(T::compensates_surface) {
             surface::compensate(&mut self.bonds, p.rest, p.volume, &m);
             // of the new weights: θ is exact for a pure dilatation, and any κ > 0 is stable beside any μ
             m = weighted_volumes(&self.bonds, p.rest, p.volume);
@@ -174,6 +195,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         let mut position = vec![DVec3::ZERO; n];
         let (mut records, mut theta) = (vec![Record32::default(); n], vec![0.0; n]);
         let zeros = vec![0.0; if M > 0 { self.bonds.neighbours.len() } else { 0 }];
+        let (laws, none) = (self.laws(), Criteria::new(&[Unbreakable], &self.regions));
         let memory = Memory { own: [&zeros[..]; M], twin: [&zeros[..]; M] };
         let dt = stable::largest_step(p, &self.stiffness(p), |u, out| {
             let scale = size / u.iter().map(|u| u.length()).fold(f64::MIN_POSITIVE, f64::max);
@@ -181,22 +203,22 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             let p = BodyParticles { position: &position, ..*p };
             Self::pose(&self.inv_m, &p, &Frame::moved(&p), &mut records);
             if T::NEEDS_THETA {
-                Self::dilate(&self.law, &self.bonds, &mut records, &mut theta);
+                Self::dilate(self.laws(), &self.bonds, &mut records, &mut theta);
             }
             let scene = Scene::new(&self.bonds, &records);
             in_blocks(0..n, out, &|rows, out: &mut [DVec3]| {
                 for (out, i) in out.iter_mut().zip(rows) {
-                    let f = scene.force(&memory, &self.law, &Unbreakable, i, |_, _| ());
+                    let f = scene.force(&memory, laws, none, i, |_, _| ());
                     *out = f * (p.volume[i] / (p.mass[i] * scale));
                 }
             });
         });
         let lags = M > 0 && dt.is_finite();
-        if lags { dt / stable::lag::<T, M>(&self.law, &self.bonds, &self.inv_m, p, dt).sqrt() } else { dt }
+        if lags { dt / stable::lag(self.laws(), &self.bonds, &self.inv_m, p, dt).sqrt() } else { dt }
     }
 
     pub fn stiffness(&self, p: &BodyParticles<'_>) -> Vec<f64> {
-        stable::stiffness::<T, M>(&self.law, &self.bonds, &self.inv_m, p)
+        stable::stiffness(self.laws(), &self.bonds, &self.inv_m, p)
     }
 
     pub fn flow(&mut self, dt: f64) {
@@ -204,12 +226,13 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             return;
         }
         if T::TALLY.is_some() {
+            let law = &self.laws[0]; // a body of several has none that counts
             for ((tally, norm), inv_m) in self.tally.iter_mut().zip(&self.scratch.norm).zip(&self.inv_m[..]) {
-                *tally += self.law.tally(*norm, *inv_m);
+                *tally += law.tally(*norm, *inv_m);
             }
         }
         let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
-        let (law, offsets) = (&self.law, &self.bonds.offsets[..]);
+        let (laws, offsets) = (Laws::new(&self.laws, &self.regions), &self.bonds.offsets[..]);
         let slots = |b| PerChunk::<f32, CHUNK> { values: b, offsets };
         let own = self.own.each_mut().map(|b| slots(&mut b[..]));
         let twin = self.twin.each_mut().map(|b| slots(&mut b[..]));
@@ -217,21 +240,21 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             let base = scene.chunks(rows.start).start * CHUNK;
             let (mut own, mut twin) = (own.map(|c| c.values), twin.map(|c| c.values));
             for i in rows {
-                scene.flow(law, i, dt, base, &mut own, &mut twin);
+                scene.flow(laws, i, dt, base, &mut own, &mut twin);
             }
         });
     }
 
     pub fn energy(&mut self, p: &BodyParticles<'_>) -> Option<f64> {
-        if !self.law.has_energy() {
+        if !self.laws.iter().all(T::has_energy) {
             return None;
         }
         self.prepare(p, T::NEEDS_THETA);
         let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
-        let memory = self.memory();
+        let (memory, laws) = (self.memory(), self.laws());
         let density: Vec<f64> = (0..p.len())
             .into_par_iter()
-            .map(|i| scene.energy(&memory, &self.law, i) + self.law.theta_energy(self.scratch.theta[i]))
+            .map(|i| scene.energy(&memory, laws, i) + laws.own(i).theta_energy(self.scratch.theta[i]))
             .collect();
         Some(density.iter().zip(p.volume).map(|(w, v)| w * v).sum())
     }
@@ -242,14 +265,15 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         let mut records = vec![Record64::default(); p.len()];
         Self::pose(&self.inv_m, p, &frame, &mut records);
         if T::NEEDS_THETA {
-            Self::dilate(&self.law, &self.bonds, &mut records, &mut vec![0.0; p.len()]);
+            Self::dilate(self.laws(), &self.bonds, &mut records, &mut vec![0.0; p.len()]);
         }
         let (scene, memory) = (Scene::new(&self.bonds, &records), self.memory());
         let mut norm = vec![0.0; if T::NEEDS_NORM { p.len() } else { 0 }];
-        Self::sum_norms(&self.law, scene, &memory, &mut norm);
+        Self::sum_norms(self.laws(), scene, &memory, &mut norm);
         let scene = scene.with_norm(&norm);
         let rows = (0..p.len()).into_par_iter();
-        Some(rows.map(|i| scene.force(&memory, &self.law, &Unbreakable, i, |_, _| ())).collect())
+        let (laws, none) = (self.laws(), Criteria::new(&[Unbreakable], &self.regions));
+        Some(rows.map(|i| scene.force(&memory, laws, none, i, |_, _| ())).collect())
     }
 
     pub fn visit(&mut self, scope: &str, v: &mut Visitor<'_>) {
@@ -259,6 +283,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             &Column::frozen("inverse_weighted_volume", "1/m^5", Of::Particle),
             &mut self.inv_m,
         );
+        if T::SEVERAL {
+            self.regions.visit(scope, v);
+        }
         for (column, buffer) in T::MEMORY.iter().zip(&mut self.own) {
             v(&format!("{scope}/memory"), column, buffer);
         }

@@ -10,6 +10,7 @@
 //! Marks are kept as one byte per chunk, so a step allocates nothing however much breaks.
 
 mod body;
+mod parts;
 mod passes;
 pub mod pose;
 mod rows;
@@ -22,10 +23,12 @@ use std::sync::atomic::Ordering;
 use glam::DVec3;
 
 use self::body::Body;
+use self::parts::{Criteria, Regions};
 use self::passes::Scene;
 use self::rows::{PerChunk, in_blocks};
 use crate::bonds::Bonds;
 use crate::column::Visitor;
+use crate::erased::{AnyCriterion, AnyLaw};
 use crate::fracture::Criterion;
 use crate::law::BondLaw;
 use crate::material::{BuildError, Geometry, Link, Material};
@@ -34,13 +37,29 @@ use crate::particles::BodyParticles;
 /// A body of bonds: law `T` with `M` remembered numbers, fracture criterion `C`.
 pub struct Peridynamic<T, C, const M: usize> {
     body: Body<T, M>,
-    criterion: C,
+    /// One, or one per region.
+    criteria: Vec<C>,
 }
 
 impl<T: BondLaw<M>, C: Criterion, const M: usize> Peridynamic<T, C, M> {
     /// A body without particles; [`Material::build`] or a restart fills it.
     pub fn new(law: T, criterion: C, horizon: f64) -> Self {
-        Self { body: Body::new(law, horizon), criterion }
+        Self { body: Body::new(vec![law], Regions::default(), horizon), criteria: vec![criterion] }
+    }
+}
+
+impl<const M: usize> Peridynamic<AnyLaw<M>, AnyCriterion, M> {
+    /// The same with a law and a criterion for every region; `strength` of the bonds between a and b at a · count + b, and
+    /// the region of every particle.
+    pub(crate) fn several(
+        laws: Vec<AnyLaw<M>>,
+        criteria: Vec<AnyCriterion>,
+        strength: Vec<f64>,
+        regions: Vec<u8>,
+        horizon: f64,
+    ) -> Self {
+        let regions = Regions { rows: regions.into(), strength, ..Regions::default() };
+        Self { body: Body::new(laws, regions, horizon), criteria }
     }
 }
 
@@ -62,7 +81,8 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         let frame = b.prepare(p, T::NEEDS_THETA || C::NEEDS_THETA);
         b.scratch.marks.resize(b.bonds.intact.len(), 0);
         let mut marks = std::mem::take(&mut b.scratch.marks);
-        let (memory, law, criterion, marked) = (b.memory(), &b.law, &self.criterion, &b.scratch.marked);
+        let (memory, laws, marked) = (b.memory(), b.laws(), &b.scratch.marked);
+        let criteria = Criteria::new(&self.criteria, &b.regions);
         marked.store(false, Ordering::Relaxed);
         let scene = Scene::new(&b.bonds, &b.scratch.records).with_norm(&b.scratch.norm);
         let work = (dv, PerChunk::<u8, 1> { values: &mut marks, offsets: &b.bonds.offsets });
@@ -70,7 +90,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
             let base = scene.chunks(rows.start).start;
             marks.values.fill(0);
             for (dv, i) in dv.iter_mut().zip(rows) {
-                let f = scene.force(&memory, law, criterion, i, |chunk, bits| {
+                let f = scene.force(&memory, laws, criteria, i, |chunk, bits| {
                     marks.values[chunk - base] |= bits;
                     marked.store(true, Ordering::Relaxed);
                 });
@@ -93,7 +113,8 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
             b.update_norms(); // the memory has flowed since
         }
         let mut marks = std::mem::take(&mut b.scratch.marks);
-        let (memory, law, criterion) = (b.memory(), &b.law, &self.criterion);
+        let (memory, laws) = (b.memory(), b.laws());
+        let criteria = Criteria::new(&self.criteria, &b.regions);
         let scene = Scene::new(&b.bonds, &b.scratch.records).with_norm(&b.scratch.norm);
         let phi = &*damage;
         let work = PerChunk::<u8, 1> { values: &mut marks, offsets: &b.bonds.offsets };
@@ -103,7 +124,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
                 for chunk in scene.chunks(i) {
                     let mark = &mut marks.values[chunk - base];
                     if *mark != 0 {
-                        *mark &= scene.severities(&memory, law, criterion, i, chunk, phi);
+                        *mark &= scene.severities(&memory, laws, criteria, i, chunk, phi);
                     }
                 }
             }
@@ -122,6 +143,12 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
 
     fn bonds(&self) -> Option<&Bonds> {
         Some(&self.body.bonds)
+    }
+
+    fn consistent(&self, particles: usize) -> bool {
+        let b = &self.body;
+        let regions = || b.regions.consistent(particles, b.bonds.intact.len(), self.criteria.len());
+        b.bonds.consistent(particles) && (!T::SEVERAL || regions())
     }
 
     fn visit(&mut self, scope: &str, v: &mut Visitor<'_>) {

@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 
+use super::parts::{Criteria, Laws};
 use super::pose::{Kernel, Record};
 use crate::bonds::{Bonds, CHUNK};
 use crate::fracture::{Criterion, Opening};
@@ -39,18 +40,32 @@ impl<const M: usize> Memory<'_, M> {
     }
 }
 
-/// Runs a block for each lane of bonds of a row, with its first slot and its intact bits; chunks without a bond that holds
-/// are passed over. A macro, because a closure here becomes a call, with every register saved around it.
+/// Neighbours and weights of the bonds of one lane.
+#[derive(Clone, Copy)]
+struct Ends<'a> {
+    neighbours: &'a [u32],
+    weight: &'a [f32],
+}
+
+/// Runs a block for each lane of bonds of a row, with its first slot, its intact bits and its ends; chunks without a bond
+/// that holds are passed over. A macro, because a closure here becomes a call, with every register saved around it. The
+/// row is cut once and walked by iterators: indexing the columns in every chunk costs a tenth of a pass.
 macro_rules! for_each_lane {
-    ($scene:ident, $record:ident, $row:expr, |$slot:ident, $intact:ident| $block:block) => {
-        for chunk in $scene.chunks($row) {
-            let holding = $scene.intact[chunk];
+    ($scene:ident, $record:ident, $row:expr, |$slot:ident, $intact:ident, $ends:ident| $block:block) => {
+        let row = $scene.chunks($row);
+        let (start, slots) = (row.start, row.start * CHUNK..row.end * CHUNK);
+        let neighbours = $scene.neighbours[slots.clone()].as_chunks::<CHUNK>().0;
+        let weights = $scene.weight[slots].as_chunks::<CHUNK>().0;
+        let chunks = neighbours.iter().zip(weights).zip(&$scene.intact[row]);
+        for (k, ((neighbours, weight), &holding)) in chunks.enumerate() {
             if holding == 0 {
                 continue;
             }
             for part in 0..CHUNK / $record::Lane::WIDTH {
                 let first = part * $record::Lane::WIDTH;
-                let ($slot, $intact) = (chunk * CHUNK + first, holding >> first);
+                #[allow(unused_variables)] // not every pass remembers
+                let ($slot, $intact) = ((start + k) * CHUNK + first, holding >> first);
+                let $ends = Ends { neighbours: &neighbours[first..], weight: &weight[first..] };
                 $block
             }
         }
@@ -89,13 +104,18 @@ impl<'a, R: Record> Scene<'a, R> {
         self.offsets[i] as usize..self.offsets[i + 1] as usize
     }
 
-    /// Bonds of `slot .. slot + WIDTH` as a law sees them from both sides.
+    /// The bonds of a lane of row `i` as a law sees them from both sides.
     #[inline(always)]
-    fn bond<T: BondLaw<M>, const M: usize>(&self, law: &T, i: usize, slot: usize) -> Geometry<R::Lane> {
+    fn bond<T: BondLaw<M>, const M: usize>(
+        &self,
+        laws: Laws<'_, T, M>,
+        i: usize,
+        home: &R,
+        ends: Ends<'_>,
+    ) -> Geometry<R::Lane> {
         let of = <R::Lane as Lane>::of;
-        let home = &self.records[i];
-        let g = R::Lane::gather(self.records, &self.neighbours[slot..], home);
-        let weight = R::Lane::load(&self.weight[slot..]);
+        let g = R::Lane::gather(self.records, ends.neighbours, home);
+        let weight = R::Lane::load(ends.weight);
         let (theta, inv_m) = R::Lane::own(home);
         let y = [g.xi[0] + g.du[0], g.xi[1] + g.du[1], g.xi[2] + g.du[2]];
         let dot = |a: [R::Lane; 3], b: [R::Lane; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -110,11 +130,11 @@ impl<'a, R: Record> Scene<'a, R> {
         // e = |y| − |ξ| without cancellation: (2ξ·du + du·du)/(|y| + |ξ|)
         let two_xi = [g.xi[0] + y[0], g.xi[1] + y[1], g.xi[2] + y[2]];
         let ext = dot(two_xi, g.du) * (length * both);
-        let cos = if law.needs_cos() { dot(g.xi, y) * inv_length / rest } else { of(1.0) };
+        let cos = if laws.needs_cos() { dot(g.xi, y) * inv_length / rest } else { of(1.0) };
         let (mut own_norm, mut other_norm) = (of(0.0), of(0.0));
         if T::NEEDS_NORM && !self.norm.is_empty() {
             own_norm = of(self.norm[i]);
-            other_norm = R::Lane::pick_out(self.norm, &self.neighbours[slot..]);
+            other_norm = R::Lane::pick_out(self.norm, ends.neighbours);
         }
         let own = Bond { rest, ext, cos, weight, theta, inv_m, norm: own_norm };
         let other = Bond { theta: g.theta, inv_m: g.inv_m, norm: other_norm, ..own };
@@ -123,11 +143,12 @@ impl<'a, R: Record> Scene<'a, R> {
 
     /// θ_i (Eq. 6), the sum of the law's shares.
     #[inline(always)]
-    pub fn dilatation<T: BondLaw<M>, const M: usize>(&self, law: &T, i: usize) -> f64 {
+    pub fn dilatation<T: BondLaw<M>, const M: usize>(&self, laws: Laws<'_, T, M>, i: usize) -> f64 {
+        let (law, home) = (laws.own(i), &self.records[i]);
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
-        for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law, i, slot);
+        for_each_lane!(self, R, i, |slot, intact, ends| {
+            let g = self.bond(laws, i, home, ends);
             let share = law.dilatation(&g.own) * g.volume;
             sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
         });
@@ -136,11 +157,12 @@ impl<'a, R: Record> Scene<'a, R> {
 
     /// The norm of row `i`, the root of the sum of the law's shares.
     #[inline(always)]
-    pub fn norm<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, law: &T, i: usize) -> f64 {
+    pub fn norm<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, laws: Laws<'_, T, M>, i: usize) -> f64 {
+        let (law, home) = (laws.own(i), &self.records[i]);
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
-        for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law, i, slot);
+        for_each_lane!(self, R, i, |slot, intact, ends| {
+            let g = self.bond(laws, i, home, ends);
             let share = law.norm_share(&g.own, memory.at(slot).0) * g.volume;
             sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
         });
@@ -153,24 +175,30 @@ impl<'a, R: Record> Scene<'a, R> {
     pub fn force<T: BondLaw<M>, C: Criterion, const M: usize>(
         &self,
         memory: &Memory<'_, M>,
-        law: &T,
-        criterion: &C,
+        laws: Laws<'_, T, M>,
+        criteria: Criteria<'_, T, C, M>,
         i: usize,
         mut hit: impl FnMut(usize, u8),
     ) -> DVec3 {
+        let (law, home) = (laws.own(i), &self.records[i]);
         let zero = R::Lane::of(0.0);
         let mut sum = [zero; 3];
-        for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law, i, slot);
+        for_each_lane!(self, R, i, |slot, intact, ends| {
+            let g = self.bond(laws, i, home, ends);
             let (own, twin) = memory.at(slot);
             // T_ji points the other way, so the pair adds up (Eq. 3); a + b = b + a makes it antisymmetric to the bit
-            let pair = (law.force(&g.own, own) + law.force(&g.other, twin)) * (g.volume * g.inv_length);
+            let pair = law.force(&g.own, own) + laws.other(slot / CHUNK).force(&g.other, twin);
+            let pair = pair * (g.volume * g.inv_length);
             let pair = R::Lane::pick(R::Lane::unpack(intact), pair, zero);
             for k in 0..3 {
                 sum[k] = sum[k] + pair * g.y[k];
             }
             if C::BREAKS {
-                let bits = R::Lane::pack(criterion.suspects(&opening(law, &g, own, twin))) & intact;
+                let bits = R::Lane::pack(criteria.suspects(
+                    i,
+                    slot / CHUNK,
+                    &openings(law, laws.other(slot / CHUNK), &g, own, twin),
+                )) & intact;
                 if bits != 0 {
                     hit(slot / CHUNK, bits << (slot % CHUNK));
                 }
@@ -184,22 +212,25 @@ impl<'a, R: Record> Scene<'a, R> {
     pub fn severities<T: BondLaw<M>, C: Criterion, const M: usize>(
         &self,
         memory: &Memory<'_, M>,
-        law: &T,
-        criterion: &C,
+        laws: Laws<'_, T, M>,
+        criteria: Criteria<'_, T, C, M>,
         i: usize,
         chunk: usize,
         damage: &[f32],
     ) -> u8 {
+        let (law, home) = (laws.own(i), &self.records[i]);
         let mut out = 0;
         for part in 0..CHUNK / R::Lane::WIDTH {
             let slot = chunk * CHUNK + part * R::Lane::WIDTH;
-            let g = self.bond(law, i, slot);
+            let ends = Ends { neighbours: &self.neighbours[slot..], weight: &self.weight[slot..] };
+            let g = self.bond(laws, i, home, ends);
             let (own, twin) = memory.at(slot);
             let mut phi = [0.0; CHUNK];
             for l in 0..R::Lane::WIDTH {
                 phi[l] = damage[self.neighbours[slot + l] as usize].max(damage[i]);
             }
-            let severity = criterion.severity(&opening(law, &g, own, twin), R::Lane::load(&phi));
+            let sides = openings(law, laws.other(chunk), &g, own, twin);
+            let severity = criteria.severity(i, chunk, &sides, R::Lane::load(&phi));
             out |= R::Lane::pack(severity.above(R::Lane::of(1.0))) << (part * R::Lane::WIDTH);
         }
         out
@@ -209,34 +240,36 @@ impl<'a, R: Record> Scene<'a, R> {
     #[inline(always)]
     pub fn flow<T: BondLaw<M>, const M: usize>(
         &self,
-        law: &T,
+        laws: Laws<'_, T, M>,
         i: usize,
         dt: f64,
         base: usize,
         own: &mut [&mut [f32]; M],
         twin: &mut [&mut [f32]; M],
     ) {
-        for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law, i, slot);
+        let (law, home) = (laws.own(i), &self.records[i]);
+        for_each_lane!(self, R, i, |slot, intact, ends| {
+            let g = self.bond(laws, i, home, ends);
             let mask = R::Lane::unpack(intact);
-            let side = |bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
+            let side = |law: &T, bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
                 let old: [R::Lane; M] = std::array::from_fn(|k| R::Lane::load(&columns[k][slot - base..]));
                 let new = law.flow(bond, old, dt);
                 for k in 0..M {
                     R::Lane::pick(mask, new[k], old[k]).store(&mut columns[k][slot - base..]);
                 }
             };
-            side(&g.own, own);
-            side(&g.other, twin);
+            side(law, &g.own, own);
+            side(laws.other(slot / CHUNK), &g.other, twin);
         });
     }
 
     /// Energy Σ_j w_ij V_j of the directed bonds of row `i` [J/m³].
-    pub fn energy<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, law: &T, i: usize) -> f64 {
+    pub fn energy<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, laws: Laws<'_, T, M>, i: usize) -> f64 {
+        let (law, home) = (laws.own(i), &self.records[i]);
         let zero = R::Lane::of(0.0);
         let mut sum = zero;
-        for_each_lane!(self, R, i, |slot, intact| {
-            let g = self.bond(law, i, slot);
+        for_each_lane!(self, R, i, |slot, intact, ends| {
+            let g = self.bond(laws, i, home, ends);
             let energy = law.bond_energy(&g.own, memory.at(slot).0) * g.volume;
             sum = sum + R::Lane::pick(R::Lane::unpack(intact), energy, zero);
         });
@@ -244,15 +277,18 @@ impl<'a, R: Record> Scene<'a, R> {
     }
 }
 
-/// The mean of both sides: a + b = b + a, so both ends see the same bits.
+/// What the criteria of both sides see, measured by the law of either. The mean of both sides: a + b = b + a, so both ends
+/// see the same bits.
 #[inline(always)]
-fn opening<L: Lane, T: BondLaw<M>, const M: usize>(
+fn openings<L: Lane, T: BondLaw<M>, const M: usize>(
     law: &T,
+    other: &T,
     g: &Geometry<L>,
     memory: [L; M],
     twin: [L; M],
-) -> Opening<L> {
-    let both = law.elastic_extension(&g.own, memory) + law.elastic_extension(&g.other, twin);
+) -> [Opening<L>; 2] {
+    let both = law.elastic_extension(&g.own, memory) + other.elastic_extension(&g.other, twin);
     let (half, theta) = (L::of(0.5), g.own.theta + g.other.theta);
-    Opening { rest: g.own.rest, elastic: both * half, gauge: law.gauge(&g.own), theta: theta * half }
+    let by = |gauge| Opening { rest: g.own.rest, elastic: both * half, gauge, theta: theta * half };
+    [by(law.gauge(&g.own)), by(other.gauge(&g.other))]
 }

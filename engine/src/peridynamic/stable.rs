@@ -12,8 +12,9 @@
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use super::parts::Laws;
 use super::spectrum;
-use crate::bonds::Bonds;
+use crate::bonds::{Bonds, CHUNK};
 use crate::law::{Bond, BondLaw};
 use crate::particles::BodyParticles;
 
@@ -56,14 +57,14 @@ pub(super) fn largest_step(
 /// How much stiffer a bond is than at rest, at least 1, while it swings to and fro from step to step of `dt` [s]: the
 /// memory, which a force sees as it was before the step, then lags behind by half a period.
 pub(super) fn lag<T: BondLaw<M>, const M: usize>(
-    law: &T,
+    laws: Laws<'_, T, M>,
     bonds: &Bonds,
     inv_m: &[f64],
     p: &BodyParticles<'_>,
     dt: f64,
 ) -> f64 {
-    let Some(i) = (0..p.len()).find(|&i| !bonds.built(i).is_empty()) else { return 1.0 };
-    let stiffer = |slot: usize| {
+    let stiffer = |i: usize, slot: usize| {
+        let law = laws.own(i);
         let xi = p.rest[bonds.neighbours[slot] as usize].as_dvec3() - p.rest[i].as_dvec3();
         let de = 1e-6 * xi.length();
         let weight = f64::from(bonds.weight[slot]);
@@ -74,7 +75,10 @@ pub(super) fn lag<T: BondLaw<M>, const M: usize>(
         }
         law.force(&bond(de), memory) / law.force(&bond(de), [0.0; M])
     };
-    bonds.built(i).map(stiffer).filter(|s| s.is_finite()).fold(1.0, f64::max)
+    // one particle of each law
+    let rows = laws.examples(p.len(), |i| bonds.built(i).next().is_some());
+    let slots = rows.flat_map(|i| bonds.built(i).map(move |slot| (i, slot)));
+    slots.map(|(i, slot)| stiffer(i, slot)).filter(|s| s.is_finite()).fold(1.0, f64::max)
 }
 
 /// A vector in [−1, 1)³ that depends on `i` alone (splitmix).
@@ -90,7 +94,7 @@ fn noise(i: usize) -> DVec3 {
 /// λmax(K_i) [N/m] of every particle of the unbroken body: what its own displacement is resisted by, at most twice that
 /// with its neighbours moving against it.
 pub(super) fn stiffness<T: BondLaw<M>, const M: usize>(
-    law: &T,
+    laws: Laws<'_, T, M>,
     bonds: &Bonds,
     inv_m: &[f64],
     p: &BodyParticles<'_>,
@@ -100,7 +104,7 @@ pub(super) fn stiffness<T: BondLaw<M>, const M: usize>(
         let weight = f64::from(bonds.weight[slot]);
         (xi, Bond { rest: xi.length(), ext: 0.0, cos: 1.0, weight, theta: 0.0, inv_m: inv_m[i], norm: 0.0 })
     };
-    let slope = |b: Bond<f64>| {
+    let slope = |law: &T, b: Bond<f64>| {
         let (de, dt) = (1e-6 * b.rest, 1e-6);
         let t = |b: Bond<f64>| law.force(&b, [0.0; M]);
         let c = (t(Bond { ext: de, ..b }) - t(Bond { ext: -de, ..b })) / (2.0 * de);
@@ -114,6 +118,7 @@ pub(super) fn stiffness<T: BondLaw<M>, const M: usize>(
             let share = |slot: usize| {
                 let (_, b) = at_rest(i, slot);
                 let de = 1e-6 * b.rest;
+                let law = laws.own(i);
                 let g = law.dilatation(&Bond { ext: de, ..b }) - law.dilatation(&Bond { ext: -de, ..b });
                 g / (2.0 * de) * p.volume[bonds.neighbours[slot] as usize]
             };
@@ -125,7 +130,8 @@ pub(super) fn stiffness<T: BondLaw<M>, const M: usize>(
         for slot in bonds.built(i) {
             let j = bonds.neighbours[slot] as usize;
             let (xi, own) = at_rest(i, slot);
-            let (here, there) = (slope(own), slope(Bond { inv_m: inv_m[j], ..own }));
+            let here = slope(laws.own(i), own);
+            let there = slope(laws.other(slot / CHUNK), Bond { inv_m: inv_m[j], ..own });
             let n = xi / own.rest;
             let stiffness = here.c + there.c + here.p * gain[i] + there.p * gain[j];
             k += DMat3::from_cols(n * n.x, n * n.y, n * n.z) * (stiffness * p.volume[i] * p.volume[j]);

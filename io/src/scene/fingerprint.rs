@@ -4,12 +4,13 @@
 //! preceded by its length or a tag, so no two scenes give the same bytes.
 
 use fissure_engine::params::Value;
-use fissure_engine::{Ground, Integrator, Relax};
+use fissure_engine::{Ground, Integrator, Interface, Relax};
 use glam::DVec3;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::Scene;
 use super::model::*;
+use super::parts::{Part, Where};
 
 pub(super) fn of(scene: &Scene) -> u64 {
     let mut hash = Digest(Xxh3::new());
@@ -116,6 +117,8 @@ impl Digest {
             surface,
             law,
             criterion,
+            parts,
+            interface,
             cuts,
         } = body;
         self.text(name);
@@ -156,6 +159,7 @@ impl Digest {
         self.tag(*surface as u8);
         self.chosen(law);
         self.chosen(criterion);
+        self.parts(parts, interface);
         self.whole(cuts.len() as u64);
         for cut in cuts {
             let (tag, points) = match *cut {
@@ -164,6 +168,55 @@ impl Digest {
             };
             self.tag(tag);
             points.iter().for_each(|x| self.vector(*x));
+        }
+    }
+
+    /// Nothing for a body without, so that its scene keeps the hash that older runs have.
+    fn parts(&mut self, parts: &[Part], interface: &Interface) {
+        for Part { name, place, density, law, criterion } in parts {
+            self.text("region");
+            self.text(name);
+            match place {
+                Where::Space(space) => self.space(space),
+                Where::Label(label) => {
+                    self.tag(3);
+                    self.whole(label.cast_unsigned());
+                }
+                Where::Nearest { to: _, than: _, written } => {
+                    self.tag(4);
+                    written.iter().for_each(|path| self.text(path));
+                }
+            }
+            self.number(*density);
+            self.chosen(law);
+            self.chosen(criterion);
+        }
+        if !parts.is_empty() {
+            let Interface { strength, pairs } = interface;
+            self.text("interface");
+            self.number(*strength);
+            self.whole(pairs.len() as u64);
+            for (a, b, strength) in pairs {
+                self.whole(*a as u64);
+                self.whole(*b as u64);
+                self.number(*strength);
+            }
+        }
+    }
+
+    fn space(&mut self, space: &Region) {
+        match *space {
+            Region::Box { min, max } => {
+                self.tag(0);
+                self.vector(min);
+                self.vector(max);
+            }
+            Region::Ball { centre, radius } => {
+                self.tag(1);
+                self.vector(centre);
+                self.number(radius);
+            }
+            Region::All => self.tag(2),
         }
     }
 
@@ -216,19 +269,7 @@ impl Digest {
         let Anchor { name, body, region, velocity, spin, centre, from, until } = anchor;
         self.text(name);
         self.whole(*body as u64);
-        match *region {
-            Region::Box { min, max } => {
-                self.tag(0);
-                self.vector(min);
-                self.vector(max);
-            }
-            Region::Ball { centre, radius } => {
-                self.tag(1);
-                self.vector(centre);
-                self.number(radius);
-            }
-            Region::All => self.tag(2),
-        }
+        self.space(region);
         self.vector(*velocity);
         self.vector(*spin);
         self.vector(*centre);

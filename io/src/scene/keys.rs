@@ -112,13 +112,15 @@ pub const RIVALS: &[(&str, &[&str])] = &[
     ("body.NAME", &["size", "tets"]),
     ("body.NAME", &["horizon", "horizon_factor"]),
     ("body.NAME.cut.N", &["triangle", "rectangle"]),
+    ("body.NAME.region.N", &["box", "ball", "label", "nearest"]),
     ("anchor.N", &["box", "ball", "all"]),
     ("output", &["frames_per_second", "frame_every"]),
     ("compare.N", &["field", "track", "displacement", "force", "torque"]),
 ];
 
 /// The tables whose further keys belong to a law or criterion, which declares and checks them.
-pub const FREE: &[&str] = &["body.NAME.material", "body.NAME.fracture"];
+pub const FREE: &[&str] =
+    &["body.NAME.material", "body.NAME.fracture", "body.NAME.region.N.material", "body.NAME.region.N.fracture"];
 
 /// The keys that each kind of shape takes; `segments` may be left out, the others not.
 pub const SHAPES: &[(&str, &[&str])] = &[
@@ -313,6 +315,86 @@ const KEYS: &[Key] = &[
         Toml("'critical_stretch'"),
         "name of a criterion; `fissure materials` lists them",
     ),
+    of(
+        "body.NAME.region",
+        Tables,
+        "",
+        Said("none"),
+        "parts of the body made of something else; where several hold a particle, the last one has it",
+    ),
+    of("body.NAME.region.N.name", Text, "", Said("\"region N\", N from 1"), "name for messages and interfaces"),
+    of(
+        "body.NAME.region.N.box",
+        Points(2),
+        "m",
+        Said("another place is given"),
+        "lowest and highest corner, where the body stands at the start",
+    ),
+    of(
+        "body.NAME.region.N.ball",
+        Table,
+        "",
+        Said("another place is given"),
+        "a ball, where the body stands at the start",
+    ),
+    of("body.NAME.region.N.ball.centre", Three(ANY), "m", Required, "centre of the ball"),
+    of("body.NAME.region.N.ball.radius", LENGTH, "m", Required, "radius of the ball"),
+    of(
+        "body.NAME.region.N.label",
+        Whole(0, i64::MAX as u64),
+        "",
+        Said("another place is given"),
+        "label of its tetrahedra in the mesh file (physical group, region attribute, material id)",
+    ),
+    of(
+        "body.NAME.region.N.nearest",
+        Text,
+        "",
+        Said("another place is given"),
+        "path of a closed surface; what lies nearer to it than to `than` is in the region",
+    ),
+    of(
+        "body.NAME.region.N.than",
+        Text,
+        "",
+        Said("required by nearest"),
+        "path of the other surface; both stand as the mesh of the body does",
+    ),
+    of("body.NAME.region.N.density", Number(Range::POSITIVE), "kg/m³", Said("that of the body"), "mass per volume"),
+    of(
+        "body.NAME.region.N.material",
+        Table,
+        "",
+        Said("that of the body"),
+        "the constitutive law of the region, with all of its keys",
+    ),
+    of("body.NAME.region.N.material.law", Text, "", Required, "name of a law; `fissure materials` lists them"),
+    of(
+        "body.NAME.region.N.fracture",
+        Table,
+        "",
+        Said("that of the body"),
+        "the fracture criterion of the region, with all of its keys",
+    ),
+    of(
+        "body.NAME.region.N.fracture.criterion",
+        Text,
+        "",
+        Toml("'critical_stretch'"),
+        "name of a criterion; `fissure materials` lists them",
+    ),
+    of("body.NAME.interface", Table, "", Said("as strong as the weaker side"), "the bonds between regions"),
+    of(
+        "body.NAME.interface.strength",
+        Number(Range::POSITIVE),
+        "1",
+        Toml("1"),
+        "share of the severity at which they break: 1 as the weaker of the two materials, 0.2 at a fifth",
+    ),
+    of("body.NAME.interface.pair", Tables, "", Said("none"), "interfaces with a strength of their own"),
+    of("body.NAME.interface.pair.N.of", Text, "", Required, "name of a region, or of the body for what is in none"),
+    of("body.NAME.interface.pair.N.and", Text, "", Required, "name of the other region"),
+    of("body.NAME.interface.pair.N.strength", Number(Range::POSITIVE), "1", Required, "strength between these two"),
     of("body.NAME.cut", Tables, "", Said("none"), "cuts that the body starts with: bonds that cross one are not made"),
     of(
         "body.NAME.cut.N.triangle",

@@ -9,6 +9,7 @@
 //! Scene ── title, duration, gravity, dt, safety, integrator, seed, ground
 //!   ├── bodies: Vec<Body> ── name, source, resolution, shell, placement, density, velocity, spin, horizon, surface
 //!   │                         ├── law: Chosen, criterion: Chosen (name and given keys, unchecked)
+//!   │                         ├── parts: Vec<Part> (regions with density, law and criterion of their own), interface
 //!   │                         └── cuts: Vec<Cut>
 //!   ├── anchors: Vec<Anchor> ── name, body (index), region, velocity, spin, centre, from, until
 //!   ├── compares: Vec<Compare> ── label, reference: field, track or number
@@ -20,6 +21,7 @@ mod fingerprint;
 mod keys;
 mod model;
 mod overrides;
+mod parts;
 mod read;
 mod reader;
 mod tree;
@@ -40,6 +42,7 @@ pub use model::{
     Anchor, Body, Chosen, Colouring, Compare, Cut, Given, Horizon, Output, Picture, Placement, Quantity, Reference,
     Region, Resolution, Shape, Source, SurfaceMode, Table,
 };
+pub use parts::{Part, Where};
 
 /// A scene, read and checked. SI units throughout.
 #[derive(Clone, Debug)]
@@ -121,8 +124,17 @@ impl Scene {
     /// Where `key` stands in `table` of a body: `""` for `[body.NAME]` itself, `"material"`, `"fracture"`, `"shape"`, …
     /// What is not in the file is looked for one level up: the table, then the body, then the first line.
     pub fn locate(&self, body: &str, table: &str, key: &str) -> Place {
+        self.find(&["body", body, table, key])
+    }
+
+    /// The same in region `k` of a body, counted from 0.
+    pub fn locate_part(&self, body: &str, k: usize, table: &str, key: &str) -> Place {
+        self.find(&["body", body, "region", &(k + 1).to_string(), table, key])
+    }
+
+    fn find(&self, path: &[&str]) -> Place {
         let mut item = &self.tree;
-        for part in ["body", body, table, key] {
+        for part in path {
             match item.child(part) {
                 Some(inner) => item = inner,
                 None if part.is_empty() => {}
@@ -166,23 +178,28 @@ impl Scene {
         self.blame_in(body, if in_fracture { "fracture" } else { "material" }, error)
     }
 
-    /// Asks `registry` about the law and the criterion of every body: names, keys, ranges.
+    /// The same for region `k` of a body, counted from 0.
+    pub fn blame_part(&self, body: &str, k: usize, error: &ParamError) -> SceneError {
+        let Some(part) = self.bodies.iter().find(|b| b.name == body).and_then(|b| b.parts.get(k)) else {
+            return self.blame(body, error);
+        };
+        let has = |c: &Chosen| c.given.iter().any(|g| g.key == error.key);
+        let in_fracture = !has(&part.law) && (has(&part.criterion) || error.key == "criterion");
+        self.blame_part_in(body, (k, &part.name), if in_fracture { "fracture" } else { "material" }, error)
+    }
+
+    /// Asks `registry` about the law and the criterion of every body and region: names, keys, ranges.
     ///
     /// # Errors
     /// The first that is unknown, missing or out of range.
     pub fn check(&self, registry: &Registry) -> Result<(), SceneError> {
         for body in &self.bodies {
-            let material = |error| self.blame_in(&body.name, "material", &error);
-            let fracture = |error| self.blame_in(&body.name, "fracture", &error);
-            let entry = registry.entry(&body.law.name).map_err(material)?;
-            Params::new(entry.parameters.to_vec(), body.law.values()).map_err(material)?;
-            let Some(criterion) = entry.criteria.iter().find(|c| c.name == body.criterion.name) else {
-                let names: Vec<&str> = entry.criteria.iter().map(|c| c.name).collect();
-                let name = &body.criterion.name;
-                let message = format!("no criterion is called `{name}`{}", hint(name, &names));
-                return Err(fracture(ParamError::new("criterion", message)));
-            };
-            Params::new(criterion.parameters.to_vec(), body.criterion.values()).map_err(fracture)?;
+            let name = &body.name;
+            check(registry, &body.law, &body.criterion).map_err(|(table, e)| self.blame_in(name, table, &e))?;
+            for (k, part) in body.parts.iter().enumerate() {
+                let blame = |(table, e)| self.blame_part_in(name, (k, &part.name), table, &e);
+                check(registry, &part.law, &part.criterion).map_err(blame)?;
+            }
         }
         Ok(())
     }
@@ -190,4 +207,23 @@ impl Scene {
     fn blame_in(&self, body: &str, table: &str, error: &ParamError) -> SceneError {
         self.error(body, table, &error.key, format!("[body.{body}.{table}]: {}", error.message))
     }
+
+    fn blame_part_in(&self, body: &str, (k, name): (usize, &str), table: &str, error: &ParamError) -> SceneError {
+        let message = format!("[body.{body}.region.{table}] of `{name}`: {}", error.message);
+        SceneError::wrong(&self.locate_part(body, k, table, &error.key), message)
+    }
+}
+
+/// Whether there are such a law and criterion and they have these keys; if not, the table at fault.
+fn check(registry: &Registry, law: &Chosen, criterion: &Chosen) -> Result<(), (&'static str, ParamError)> {
+    let (material, fracture) = (|e| ("material", e), |e| ("fracture", e));
+    let entry = registry.entry(&law.name).map_err(material)?;
+    Params::new(entry.parameters.to_vec(), law.values()).map_err(material)?;
+    let Some(known) = entry.criteria.iter().find(|c| c.name == criterion.name) else {
+        let names: Vec<&str> = entry.criteria.iter().map(|c| c.name).collect();
+        let message = format!("no criterion is called `{}`{}", criterion.name, hint(&criterion.name, &names));
+        return Err(fracture(ParamError::new("criterion", message)));
+    };
+    Params::new(known.parameters.to_vec(), criterion.values()).map_err(fracture)?;
+    Ok(())
 }

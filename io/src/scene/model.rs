@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use fissure_engine::Interface;
 use fissure_engine::params::Value;
 use glam::{DQuat, DVec3};
 
 use super::error::Place;
+use super::parts::Part;
 
 /// One solid, `[body.NAME]`.
 #[derive(Clone, Debug)]
@@ -34,6 +36,10 @@ pub struct Body {
     pub law: Chosen,
     /// The fracture criterion likewise; `none` where the scene has no `[body.NAME.fracture]`.
     pub criterion: Chosen,
+    /// Regions of it that are made of something else, in the order of the file.
+    pub parts: Vec<Part>,
+    /// How strong the bonds between regions are; the rest of the body is region 0, `parts` count from 1.
+    pub interface: Interface,
     /// Cuts that the body starts with, where it stands after `placement`.
     pub cuts: Vec<Cut>,
 }

@@ -11,6 +11,7 @@ use super::Scene;
 use super::error::SceneError;
 use super::keys::{REFERENCES, SHAPES};
 use super::model::*;
+use super::parts;
 use super::reader::{Reader, Unless};
 use super::tree::{self, Item, Node};
 
@@ -39,7 +40,7 @@ pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Pat
 }
 
 /// Names become parts of file names and column names.
-fn check_name(name: &str, what: &str) -> Result<(), String> {
+pub(super) fn check_name(name: &str, what: &str) -> Result<(), String> {
     if name.trim().is_empty() || name.contains(['/', '\\']) || name.chars().any(char::is_control) {
         return Err(format!("{what} cannot be called {name:?}; use letters, digits, spaces, `-` and `_`"));
     }
@@ -89,13 +90,17 @@ fn body(name: &str, item: &Item, folder: &Path) -> Result<Body, SceneError> {
         Some(table) => chosen(&table, "criterion")?,
         None => Chosen { name: "none".into(), given: Vec::new() },
     };
+    let own = (r.get("density")?, chosen(&material, "law")?, criterion);
+    let parts = parts::parts(&r, name, folder, &own)?;
+    let interface = parts::interface(&r, name, &parts)?;
+    let (density, law, criterion) = own;
     Ok(Body {
         name: name.into(),
         source,
         resolution,
         shell: r.get_if("shell")?,
         placement: Placement { scale: r.get("scale")?, axis, degrees, translate: r.get("translate")? },
-        density: r.get("density")?,
+        density,
         velocity: r.get("velocity")?,
         spin: r.get("spin")?,
         horizon,
@@ -103,8 +108,10 @@ fn body(name: &str, item: &Item, folder: &Path) -> Result<Body, SceneError> {
             "as_written" => SurfaceMode::AsWritten,
             _ => SurfaceMode::Smooth,
         },
-        law: chosen(&material, "law")?,
+        law,
         criterion,
+        parts,
+        interface,
         cuts: r.tables("cut")?.iter().map(cut).collect::<Result<_, _>>()?,
     })
 }
@@ -137,7 +144,7 @@ fn shape(r: &Reader<'_>) -> Result<Shape, SceneError> {
 }
 
 /// A law or criterion: its name under `word`, everything else as given.
-fn chosen(r: &Reader<'_>, word: &str) -> Result<Chosen, SceneError> {
+pub(super) fn chosen(r: &Reader<'_>, word: &str) -> Result<Chosen, SceneError> {
     let name = r.get(word)?;
     let mut given = Vec::new();
     for (key, item) in r.entries().filter(|(key, _)| *key != word) {
@@ -206,7 +213,27 @@ fn anchor(r: &Reader<'_>, k: usize, bodies: &[Body]) -> Result<Anchor, SceneErro
     let name = r.get_if("name")?.unwrap_or_else(|| format!("anchor {}", k + 1));
     check_name(&name, "an anchor").map_err(|message| r.fail("name", message))?;
     let body = index(r, "body", bodies.iter().map(|b| b.name.as_str()))?;
-    let region = match r.exactly_one_of(&["box", "ball", "all"])? {
+    let region = space(r, r.exactly_one_of(&["box", "ball", "all"])?)?;
+    let (from, until): (f64, Option<f64>) = (r.get("from")?, r.get_if("until")?);
+    if let Some(until) = until.filter(|until| *until <= from) {
+        let message = format!("`until` = {until} in {} must be later than `from` = {from} [s]", r.title);
+        return Err(r.fail("until", message));
+    }
+    Ok(Anchor {
+        name,
+        body,
+        region,
+        velocity: r.get("velocity")?,
+        spin: r.get("spin")?,
+        centre: r.get("centre")?,
+        from,
+        until: until.unwrap_or(f64::INFINITY),
+    })
+}
+
+/// The part of space that the key `word` gives: `box`, `ball` or `all`.
+pub(super) fn space(r: &Reader<'_>, word: &str) -> Result<Region, SceneError> {
+    Ok(match word {
         "box" => {
             let [min, max]: [DVec3; 2] = r.get("box")?;
             if !min.cmple(max).all() {
@@ -223,21 +250,6 @@ fn anchor(r: &Reader<'_>, k: usize, bodies: &[Body]) -> Result<Anchor, SceneErro
             let _: bool = r.get("all")?;
             Region::All
         }
-    };
-    let (from, until): (f64, Option<f64>) = (r.get("from")?, r.get_if("until")?);
-    if let Some(until) = until.filter(|until| *until <= from) {
-        let message = format!("`until` = {until} in {} must be later than `from` = {from} [s]", r.title);
-        return Err(r.fail("until", message));
-    }
-    Ok(Anchor {
-        name,
-        body,
-        region,
-        velocity: r.get("velocity")?,
-        spin: r.get("spin")?,
-        centre: r.get("centre")?,
-        from,
-        until: until.unwrap_or(f64::INFINITY),
     })
 }
 

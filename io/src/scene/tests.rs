@@ -248,6 +248,10 @@ fn the_scenes_of_the_project_are_read_and_their_materials_known() {
         assert!(scene.compares.len() >= 2 && !scene.anchors.is_empty(), "{name}");
         scene.check(&registry).unwrap();
     }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/inclusion.toml");
+    let scene = Scene::load(&path, &[]).unwrap();
+    assert_eq!((scene.bodies[0].parts[0].name.as_str(), scene.bodies[0].interface.strength), ("disc", 0.3));
+    scene.check(&registry).unwrap();
 }
 
 /// For each documented key a line that gives it another value than its default, and lines that it needs beside it.
@@ -286,6 +290,18 @@ fn another(key: &Key) -> Vec<String> {
             let kind = if key.name() == "torque" { "torque=1" } else { "force=1" };
             [kind, "anchor=anchor 1", "along=[0, 1, 0]"].map(|s| format!("compare.1.{s}")).into()
         }
+        ("body.NAME.region.N.ball.centre" | "body.NAME.region.N.ball.radius", _) => {
+            vec!["body.vase.region.1.ball={centre = [0, 0, 0], radius = 1}".into()]
+        }
+        ("body.NAME.region.N.nearest" | "body.NAME.region.N.than", _) => {
+            vec!["body.vase.region.1.nearest=a.ply".into(), "body.vase.region.1.than=b.ply".into()]
+        }
+        ("body.NAME.region.N.name", _) => {
+            vec!["body.vase.region.1.name=rim".into(), "body.vase.interface.pair.1.of=rim".into()]
+        }
+        ("body.NAME.interface.pair.N.of" | "body.NAME.interface.pair.N.and", _) => {
+            vec!["body.vase.interface.pair.1.of=vase".into(), "body.vase.interface.pair.1.and=lip".into()]
+        }
         (_, KeyKind::Text) => set("different"),
         (_, KeyKind::Word(words)) => set(words[1]),
         (_, KeyKind::Number(_) | KeyKind::NumberOr(..)) => set("0.125"),
@@ -305,6 +321,8 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
     let base = "integrator = 'relax'\n".to_owned()
         + MINIMAL
         + "[body.vase.fracture]\ncriterion = 'none'\n[[body.vase.cut]]\ntriangle = [[0,0,0],[1,0,0],[0,1,0]]\n\
+           [[body.vase.region]]\nname = 'lip'\nbox = [[0,0,0],[1,1,1]]\nmaterial = { law = 'isotropic' }\n\
+           fracture = { criterion = 'none' }\n[[body.vase.interface.pair]]\nof = 'lip'\nand = 'vase'\nstrength = 1\n\
            [body.other]\nmesh = 'o.ply'\ndensity = 1\nmaterial = { law = 'isotropic' }\n\
            [[anchor]]\nbody = 'vase'\nbox = [[0,0,0],[1,1,1]]\n[[compare]]\nfield = 'f.csv'\n[ground]\n[output.picture]\n";
     let before = parse(&base).unwrap().fingerprint();
@@ -318,7 +336,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
         assert_ne!(scene.fingerprint(), before, "{} has no effect", key.path);
         count += 1;
     }
-    assert_eq!(count, 77, "keys that take a value");
+    assert_eq!(count, 91, "keys that take a value");
 }
 
 #[test]

@@ -11,7 +11,7 @@ use fissure_meshing::skin::{Follow, Skin};
 use fissure_meshing::{TetMesh, TriMesh};
 use glam::DVec3;
 
-use super::{Embedded, Fault, Simulation, SimulationError, solid};
+use super::{Embedded, Fault, Simulation, SimulationError, regions, solid};
 use crate::scene::{self, Body, Horizon, Scene, SceneError, Source, SurfaceMode};
 
 /// What there is to say about the making of a body.
@@ -67,9 +67,10 @@ impl Simulation {
         let took = start.elapsed();
 
         let at = Surroundings { horizon, spacing };
-        let material = registry
-            .make((&body.law.name, body.law.values()), (&body.criterion.name, body.criterion.values()), &at)
-            .map_err(|e| scene.blame(&body.name, &e))?;
+        let labels = made.labels;
+        let labels: Vec<i64> = mesh.ids.iter().filter_map(|&t| labels.get(t as usize).copied()).collect();
+        let regions = regions::assign(body, &points, &labels).map_err(fail)?;
+        let material = regions::material(scene, body, registry, regions.clone(), &at)?;
         let input = BodyInput {
             name: &body.name,
             points: &points,
@@ -82,7 +83,11 @@ impl Simulation {
             spin: body.spin,
             families: rows,
         };
-        self.world.add(input, material).map_err(|e| fail(Fault::of("mesh")(e)))?;
+        let range = self.world.add(input, material).map_err(|e| fail(Fault::of("mesh")(e)))?.range.clone();
+        let mass = &mut self.world.particles.mass.to_mut()[range];
+        for ((mass, volume), region) in mass.iter_mut().zip(&volumes).zip(regions) {
+            *mass = volume * regions::density(body, region);
+        }
 
         let mut crack = CrackMesh::new(&mesh.tets).map_err(|e| fail(Fault::of("mesh")(e)))?;
         crack.cut(&pre_cut);

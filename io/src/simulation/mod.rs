@@ -10,6 +10,7 @@
 mod build;
 mod error;
 mod frame;
+mod regions;
 mod restore;
 mod solid;
 

@@ -28,9 +28,7 @@ impl Simulation {
                 });
             };
             let at = Surroundings { horizon, spacing };
-            let material = registry
-                .make((&body.law.name, body.law.values()), (&body.criterion.name, body.criterion.values()), &at)
-                .map_err(|e| scene.blame(&body.name, &e))?;
+            let material = super::regions::material(scene, body, registry, Vec::new(), &at)?;
             simulation.world.bodies.push(Body {
                 name: body.name.clone(),
                 range: 0..0,
@@ -75,7 +73,7 @@ impl Simulation {
                 return Err(bad(format!("body `{}` has an impossible range of particles", body.name)));
             }
             next = body.range.end;
-            if body.material.bonds().is_some_and(|b| !b.consistent(body.range.len())) {
+            if !body.material.consistent(body.range.len()) {
                 return Err(bad(format!("the bonds of body `{}` contradict each other", body.name)));
             }
             if embedded.mesh.tets().len() != body.range.len() || !embedded.mesh.consistent() {

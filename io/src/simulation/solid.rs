@@ -18,6 +18,8 @@ pub struct Solid {
     pub report: Option<Report>,
     /// Repairs and warnings, one sentence each.
     pub notes: Vec<String>,
+    /// The label of each tetrahedron in the mesh file, or none.
+    pub labels: Vec<i64>,
 }
 
 /// Why a body's geometry does not work out.
@@ -55,7 +57,7 @@ pub fn solid(body: &Body, seed: u64) -> Result<Solid, Fault> {
                 let message = "`shell` makes a wall of a surface, but this mesh has tetrahedra already; remove it";
                 return Err(Fault::of("shell")(message));
             }
-            Solid { mesh, report: None, notes: Vec::new() }
+            Solid { mesh, report: None, notes: Vec::new(), labels: tets.labels }
         }
         Mesh::Surface(surface) => {
             fill(TriMesh { vertices: scaled(surface.vertices), ..surface }, body.resolution, body.shell, seed)?
@@ -98,7 +100,7 @@ pub fn fill(surface: TriMesh, resolution: Resolution, shell: Option<f64>, seed: 
         Fault::of(key)(error)
     })?;
     notes.extend(report.warnings.iter().cloned());
-    Ok(Solid { mesh, report: Some(report), notes })
+    Ok(Solid { mesh, report: Some(report), notes, labels: Vec::new() })
 }
 
 fn generate(shape: &Shape) -> Result<TriMesh, shapes::ShapeError> {

@@ -109,6 +109,7 @@ fn wanted(p: &Parameter) -> String {
         Kind::Number(r) | Kind::NumberOr(r, _) | Kind::OptionalNumber(r) => r.to_string(),
         Kind::Word(words) => words.join(", "),
         Kind::Matrix => "3 (diagonal) or 9".into(),
+        Kind::Vector(_) => "a list of 3 numbers".into(),
     }
 }
 
@@ -133,6 +134,7 @@ fn outside(p: &Parameter) -> Vec<Value> {
     match p.kind {
         Kind::Number(r) | Kind::NumberOr(r, _) | Kind::OptionalNumber(r) => numbers(r),
         Kind::Word(_) => vec![Value::Word("no_such_word".into()), Value::Number(1.0)],
+        Kind::Vector(_) => vec![Value::List(vec![1.0; 2]), Value::List(vec![1.0, f64::NAN, 1.0]), Value::Number(1.0)],
         Kind::Matrix => {
             vec![Value::List(vec![1.0; 4]), Value::List(vec![1.0, f64::NAN, 1.0]), Value::Word("identity".into())]
         }
@@ -155,6 +157,7 @@ fn admitted(subject: &Subject<'_>, p: &Parameter) -> Result<usize, Trouble> {
         }
         Kind::Word(words) => words.iter().map(|w| Value::Word(w.to_string())).collect(),
         Kind::Matrix => [vec![0.0; 3], vec![1.0, 2.0, 0.5], vec![0.0; 9]].map(Value::List).into(),
+        Kind::Vector(_) => [vec![0.0; 3], vec![1.0, 2.0, 0.5]].map(Value::List).into(),
     };
     for value in &values {
         works(subject, p, value)?;
