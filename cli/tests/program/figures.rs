@@ -90,7 +90,8 @@ fn figure_13_vibration() {
     let mesh = format!("body.armadillo.mesh={meshes}/surface/armadillo_8k.ply");
     let errors = errors("fig13_vibration", &[&mesh, "duration=0.1"]);
     let (position, energy) = (largest(&errors, "position"), largest(&errors, "energy"));
-    assert!(position < 0.1 && energy < 1e-3, "{position} {energy}");
+    // measured .1 and 6e-5 %
+    assert!(position < 0.01 && energy < 1e-3, "{position} {energy}");
 }
 
 #[test]
