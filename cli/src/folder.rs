@@ -8,6 +8,9 @@
 //! frames/frame_0000.ply    the surfaces
 //! colliders/frame_0000.ply those of the colliders, if the scene has any but planes
 //! last.png                 the last frame
+//! compare.png              ours against references, if the scene has `[[compare]]` with curves or fields
+//! compare_1.csv            ours, in the form of the reference; energies.csv too, where their sum is compared
+//! reference_1.csv          the reference
 //! ```
 
 use std::fs;
@@ -95,6 +98,11 @@ impl RunFolder {
     /// The picture of the last frame.
     pub fn picture(&self) -> PathBuf {
         self.dir.join("last.png")
+    }
+
+    /// The plot of ours against references.
+    pub fn comparison(&self) -> PathBuf {
+        self.dir.join("compare.png")
     }
 
     /// The frames.

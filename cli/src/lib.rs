@@ -3,6 +3,7 @@
 //! Errors are one sentence on standard error and exit code 2; an interrupted run exits with 130.
 
 mod args;
+mod compare;
 mod error;
 mod folder;
 mod info;

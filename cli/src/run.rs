@@ -7,12 +7,14 @@ use std::time::{Duration, Instant};
 
 use fissure_engine::{Collider, Kind, Motion, Parameter, Phase, Reaction, Registry, StepError};
 use fissure_io::checkpoint::{About, Store};
+use fissure_io::compare::Comparison;
 use fissure_io::frames::Frame;
 use fissure_io::scene::{Chosen, Scene};
 use fissure_io::simulation::Simulation;
 use serde_json::json;
 
 use crate::args::RunArgs;
+use crate::compare::compare;
 use crate::info::called;
 use crate::log::Log;
 use crate::progress::Progress;
@@ -123,17 +125,23 @@ fn start(path: &Path, out: &Path, options: &RunArgs, registry: &Registry) -> Res
             making.families.as_secs_f64()
         ));
     });
-    let simulation = match built {
-        Ok(simulation) => simulation,
+    let compared = built.map_err(Error::from).and_then(|mut simulation| {
+        let comparison = Comparison::new(&scene, folder.dir(), &mut simulation)?;
+        Ok((simulation, comparison))
+    });
+    let (simulation, comparison) = match compared {
+        Ok(both) => both,
         Err(error) => {
             folder.give_up();
-            return Err(error.into());
+            return Err(error);
         }
     };
     let log = Log::open(&folder.log(), options)?;
     folder.keep_scene(&scene)?;
-    let mut driver = Driver::new(folder, log, scene, simulation, options)?;
+    comparison.keep_references(folder.dir()).map_err(Error::write(folder.dir()))?;
+    let mut driver = Driver::new(folder, log, scene, simulation, comparison, options)?;
     driver.introduce(&notes, registry)?;
+    driver.comparison.sample(&mut driver.simulation);
     let about = driver.about();
     driver.store.write_frozen(&mut driver.simulation, &about)?;
     driver.frame()?;
@@ -152,12 +160,14 @@ fn go_on(dir: &Path, options: &RunArgs, registry: &Registry) -> Result<Outcome, 
     let until = until(&scene, options)?;
     let mut log = Log::open(&folder.log(), options)?;
     let latest = folder.store(scene.output.keep)?.latest_complete()?;
-    let simulation = Simulation::restore(&scene, registry, &latest)?;
+    let mut simulation = Simulation::restore(&scene, registry, &latest)?;
+    let mut comparison = Comparison::new(&scene, folder.dir(), &mut simulation)?;
+    comparison.restore(folder.dir(), &simulation);
     latest.skipped.iter().for_each(|e| log.say(&format!("passed over: {e}")));
     if edited(&scene, &latest.live.about().scene) {
         log.say("scene.toml was edited after the checkpoint: what follows is of the edited scene, on the old mesh");
     }
-    let mut driver = Driver::new(folder, log, scene, simulation, options)?;
+    let mut driver = Driver::new(folder, log, scene, simulation, comparison, options)?;
     let (step, time) = (driver.simulation.world.step, driver.simulation.world.time);
     let what = format!("{} ({})", called(&driver.scene), dir.display());
     if step >= driver.last {
@@ -192,6 +202,7 @@ struct Driver {
     folder: RunFolder,
     scene: Scene,
     simulation: Simulation,
+    comparison: Comparison,
     store: Store,
     log: Log,
     options: RunArgs,
@@ -218,6 +229,7 @@ impl Driver {
         log: Log,
         scene: Scene,
         mut simulation: Simulation,
+        comparison: Comparison,
         options: &RunArgs,
     ) -> Result<Self, Error> {
         simulation.world.interrupt = Some(&INTERRUPTED);
@@ -232,6 +244,7 @@ impl Driver {
             folder,
             scene,
             simulation,
+            comparison,
             store,
             log,
             options: options.clone(),
@@ -339,6 +352,7 @@ impl Driver {
             }
             let phases = self.simulation.world.profile.total() - before.1;
             self.spent.surface += before.0.elapsed().saturating_sub(phases);
+            self.comparison.sample(&mut self.simulation);
             let step = self.simulation.world.step;
             progress.step(step, self.simulation.world.time);
             if step.is_multiple_of(self.frame_steps) {
@@ -356,6 +370,9 @@ impl Driver {
         let outcome = if step >= self.last { Outcome::Finished } else { Outcome::Stopped };
         if outcome == Outcome::Finished {
             self.draw()?;
+            if let Some((table, event)) = compare(&self.comparison, &self.folder)? {
+                self.log.close(&table, &event);
+            }
         }
         self.conclude(outcome, start.elapsed(), step - first);
         Ok(outcome)
@@ -374,6 +391,7 @@ impl Driver {
         }
         self.spent.frames += start.elapsed();
         self.report(&frame);
+        self.comparison.sample_energies(&mut self.simulation);
         Ok(())
     }
 
@@ -413,6 +431,7 @@ impl Driver {
 
     fn checkpoint(&mut self) -> Result<PathBuf, Error> {
         let start = Instant::now();
+        self.comparison.save(self.folder.dir()).map_err(Error::write(self.folder.dir()))?;
         let about = self.about();
         let written = self.store.write_live(&mut self.simulation, &about)?;
         self.spent.checkpoints += start.elapsed();

@@ -1,9 +1,11 @@
-//! Files: meshes in, scenes, frames and pictures out, checkpoints.
+//! Files: meshes in, scenes, frames, pictures and plots out, checkpoints.
 
 pub mod atomic;
 pub mod checkpoint;
+pub mod compare;
 pub mod frames;
 pub mod mesh;
 pub mod picture;
+pub mod plot;
 pub mod scene;
 pub mod simulation;

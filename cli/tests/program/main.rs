@@ -8,10 +8,12 @@
 //! | `commands` | `info`, `mesh`, `materials`, `render` |
 //! | `parameters` | bad values of laws and criteria: file, line, key, unit and range |
 //! | `refusing` | bad input: one sentence, exit code 2, nothing half-written |
+//! | `figures` | figures 9 to 13 of Chen et al. against references: table, plot, and going on with them |
 //! | `meshes` | meshes that other people made (`FISSURE_MESHES`) |
 
 mod colliders;
 mod commands;
+mod figures;
 mod meshes;
 mod parameters;
 mod refusing;

@@ -27,6 +27,7 @@ pub(super) fn of(scene: &Scene) -> u64 {
         ground,
         colliders,
         contact,
+        compares,
         output,
         file: _,
         text: _,
@@ -64,7 +65,7 @@ pub(super) fn of(scene: &Scene) -> u64 {
         hash.tag(u8::from(*particles));
         hash.numbers(&[*friction, *restitution, *stiffness]);
     }
-    // at the end, and nothing for the default: scenes from before there were integrators keep their hash
+    // at the end, and nothing for the default: scenes from before there were integrators or references keep their hash
     match *integrator {
         Integrator::SymplecticEuler => {}
         Integrator::VelocityVerlet => hash.tag(1),
@@ -74,6 +75,7 @@ pub(super) fn of(scene: &Scene) -> u64 {
             hash.whole(iterations);
         }
     }
+    compares.iter().for_each(|compare| hash.compare(compare));
     hash.0.digest()
 }
 
@@ -350,6 +352,38 @@ impl Digest {
         self.vector(*spin);
         self.vector(*centre);
         self.numbers(&[*from, *until]);
+    }
+
+    fn compare(&mut self, compare: &Compare) {
+        let Compare { label, reference } = compare;
+        self.text(label);
+        match reference {
+            Reference::Field { body, table: Table { path: _, written }, translate, at } => {
+                self.tag(3);
+                self.whole(*body as u64);
+                self.text(written);
+                self.vector(*translate);
+                self.number(*at);
+            }
+            Reference::Track { body, table: Table { path: _, written }, point } => {
+                self.tag(4);
+                self.whole(*body as u64);
+                self.text(written);
+                self.vector(*point);
+            }
+            Reference::Number { of, along, value, at } => {
+                let (tag, index, point) = match *of {
+                    Quantity::Displacement { body, point } => (5, body, point),
+                    Quantity::Force(anchor) => (6, anchor, DVec3::ZERO),
+                    Quantity::Torque(anchor) => (7, anchor, DVec3::ZERO),
+                };
+                self.tag(tag);
+                self.whole(index as u64);
+                self.vector(point);
+                self.vector(*along);
+                self.numbers(&[*value, *at]);
+            }
+        }
     }
 
     fn picture(&mut self, picture: &Picture) {

@@ -116,6 +116,7 @@ pub const RIVALS: &[(&str, &[&str])] = &[
     ("anchor.N", &["box", "ball", "all"]),
     ("collider.N", &["density", "mass"]),
     ("output", &["frames_per_second", "frame_every"]),
+    ("compare.N", &["field", "track", "displacement", "force", "torque"]),
 ];
 
 /// The tables whose further keys belong to a law or criterion, which declares and checks them.
@@ -143,6 +144,15 @@ pub const COLLIDERS: &[(&str, &[&str])] = &[
     ("cylinder", &["radius", "height"]),
     ("hull", &["mesh", "scale"]),
     ("mesh", &["mesh", "scale"]),
+];
+
+/// The keys that may stand beside each kind of reference; what only one kind needs is said by its key.
+pub const REFERENCES: &[(&str, &[&str])] = &[
+    ("field", &["label", "body", "at", "translate"]),
+    ("track", &["label", "body", "point"]),
+    ("displacement", &["label", "body", "point", "along", "at"]),
+    ("force", &["label", "anchor", "along", "at"]),
+    ("torque", &["label", "anchor", "along", "at"]),
 ];
 
 /// Every key of a scene file, in the order in which a help text shows them.
@@ -567,6 +577,61 @@ const KEYS: &[Key] = &[
         "1",
         Toml("1"),
         "stiffness of a contact over bulk modulus times distance; less where the time step asks for it",
+    ),
+    of("compare", Tables, "", Said("none"), "references that the run is compared with, one table [[compare]] each"),
+    of("compare.N.label", Text, "", Said("\"compare N\", N from 1"), "what is compared, for the table and the plot"),
+    of("compare.N.body", Text, "", Said("the first body"), "name of the body, for `field`, `track` and `displacement`"),
+    of(
+        "compare.N.field",
+        Text,
+        "",
+        Said("another reference is given"),
+        "path of a CSV with columns x, y, z: places at rest [m], and any of ux, uy, uz: displacements [m]",
+    ),
+    of(
+        "compare.N.track",
+        Text,
+        "",
+        Said("another reference is given"),
+        "path of a CSV with a column t: times [s], and any of ux, uy, uz: displacements [m] of `point`",
+    ),
+    of(
+        "compare.N.displacement",
+        Number(ANY),
+        "m",
+        Said("another reference is given"),
+        "displacement of `point` in the direction `along`",
+    ),
+    of(
+        "compare.N.force",
+        Number(ANY),
+        "N",
+        Said("another reference is given"),
+        "force of `anchor` on the body, in the direction `along`",
+    ),
+    of(
+        "compare.N.torque",
+        Number(ANY),
+        "N m",
+        Said("another reference is given"),
+        "torque of `anchor` on the body about the anchor's centre, in the direction `along`",
+    ),
+    of("compare.N.point", Three(ANY), "m", Said("required by track, displacement"), "place of the point at the start"),
+    of("compare.N.anchor", Text, "", Said("required by force, torque"), "name of the anchor"),
+    of(
+        "compare.N.along",
+        Direction,
+        "1",
+        Said("required by displacement, force, torque"),
+        "direction of what is compared; its length does not matter",
+    ),
+    of("compare.N.at", Number(Range::NOT_NEGATIVE), "s", Said("the end"), "when it is compared"),
+    of(
+        "compare.N.translate",
+        Three(ANY),
+        "m",
+        Toml("[0, 0, 0]"),
+        "shifts the places of a field, as the body is shifted",
     ),
     of("output", Table, "", Said("all defaults"), "what a run writes"),
     of(

@@ -13,6 +13,7 @@
 //!   │                         └── cuts: Vec<Cut>
 //!   ├── anchors: Vec<Anchor> ── name, body (index), region, velocity, spin, centre, from, until
 //!   ├── colliders: Vec<Collider> ── name, shape, start, motion, friction, restitution
+//!   ├── compares: Vec<Compare> ── label, reference: field, track or number
 //!   └── output: Output ── frame_every, checkpoint_every, keep, picture
 //! ```
 
@@ -38,10 +39,11 @@ use fissure_engine::{Integrator, Registry};
 use glam::DVec3;
 
 pub use error::{Place, SceneError};
-pub use keys::{COLLIDERS, FREE, Fallback, Key, KeyKind, RIVALS, SHAPES, keys};
+pub use keys::{COLLIDERS, FREE, Fallback, Key, KeyKind, REFERENCES, RIVALS, SHAPES, keys};
 pub use model::{
-    Anchor, Body, Chosen, Collider, ColliderMotion, ColliderShape, Colouring, Contact, Cut, Given, Ground, Horizon,
-    Output, Picture, Placement, Region, Resolution, Shape, Source, Stance, SurfaceMode, Weight,
+    Anchor, Body, Chosen, Collider, ColliderMotion, ColliderShape, Colouring, Compare, Contact, Cut, Given, Ground,
+    Horizon, Output, Picture, Placement, Quantity, Reference, Region, Resolution, Shape, Source, Stance, SurfaceMode,
+    Table, Weight,
 };
 pub use parts::{Part, Where};
 
@@ -72,6 +74,8 @@ pub struct Scene {
     pub colliders: Vec<Collider>,
     /// How particles meet.
     pub contact: Contact,
+    /// What the run is compared with, in the order of the file.
+    pub compares: Vec<Compare>,
     /// What a run writes.
     pub output: Output,
     file: Arc<str>,
@@ -149,7 +153,16 @@ impl Scene {
 
     /// Where the table of anchor `k` stands, counted from 0.
     pub fn locate_anchor(&self, k: usize) -> Place {
-        let table = self.tree.child("anchor").and_then(|list| list.child(&(k + 1).to_string()));
+        self.locate_in("anchor", k)
+    }
+
+    /// Where the table of comparison `k` stands, counted from 0.
+    pub fn locate_compare(&self, k: usize) -> Place {
+        self.locate_in("compare", k)
+    }
+
+    fn locate_in(&self, list: &str, k: usize) -> Place {
+        let table = self.tree.child(list).and_then(|list| list.child(&(k + 1).to_string()));
         table.unwrap_or(&self.tree).place.clone()
     }
 

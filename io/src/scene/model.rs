@@ -359,6 +359,76 @@ impl Default for Contact {
     }
 }
 
+/// A reference that the run is compared with, `[[compare]]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compare {
+    /// What is compared.
+    pub label: String,
+    /// The reference.
+    pub reference: Reference,
+}
+
+/// What a run is compared with.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reference {
+    /// Displacements at many places at one time.
+    Field {
+        /// Index of the body.
+        body: usize,
+        /// The CSV file.
+        table: Table,
+        /// Added to the places of the file [m].
+        translate: DVec3,
+        /// When [s].
+        at: f64,
+    },
+    /// Displacements of one place at many times.
+    Track {
+        /// Index of the body.
+        body: usize,
+        /// The CSV file.
+        table: Table,
+        /// The place at the start [m].
+        point: DVec3,
+    },
+    /// One number.
+    Number {
+        /// Of what.
+        of: Quantity,
+        /// The component that is compared, a direction of length 1.
+        along: DVec3,
+        /// The number [m, N or N m].
+        value: f64,
+        /// When [s].
+        at: f64,
+    },
+}
+
+/// What a number is compared with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Quantity {
+    /// Displacement [m] of the place `point` [m] of a body.
+    Displacement {
+        /// Index of the body.
+        body: usize,
+        /// The place at the start [m].
+        point: DVec3,
+    },
+    /// Force [N] of the anchor with this index.
+    Force(usize),
+    /// Torque [N m] of the anchor with this index, about its centre.
+    Torque(usize),
+}
+
+/// The path of a file of numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// The path to open: relative to the current folder or absolute.
+    pub path: PathBuf,
+    /// The path as the scene has it, relative to the scene file.
+    pub written: String,
+}
+
 /// What a run writes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Output {

@@ -149,7 +149,7 @@ fn rivals(path: &[String], key: &str) -> impl Iterator<Item = &'static str> {
         .enumerate()
         .map(|(k, part)| match k {
             1 if path[0] == "body" => "NAME",
-            _ if k > 0 && matches!(path[k - 1].as_str(), "anchor" | "cut" | "region" | "pair") => "N",
+            _ if k > 0 && matches!(path[k - 1].as_str(), "anchor" | "cut" | "region" | "pair" | "compare") => "N",
             _ => part,
         })
         .collect();

@@ -8,7 +8,7 @@ use fissure_engine::{Integrator, Relax};
 use glam::DVec3;
 
 use super::error::SceneError;
-use super::keys::SHAPES;
+use super::keys::{REFERENCES, SHAPES};
 use super::model::*;
 use super::parts;
 use super::reader::{Reader, Unless};
@@ -19,6 +19,7 @@ pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Pat
     let top = Reader::top(&tree)?;
     let bodies = bodies(&top, folder)?;
     let duration = top.get("duration")?;
+    let anchors = anchors(&top, &bodies)?;
     Ok(Scene {
         title: top.get("title")?,
         duration,
@@ -27,7 +28,8 @@ pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Pat
         safety: top.get("safety")?,
         integrator: integrator(&top)?,
         seed: top.get("seed")?,
-        anchors: anchors(&top, &bodies)?,
+        compares: compares(&top, &bodies, &anchors, duration, folder)?,
+        anchors,
         ground: top.table_if("ground")?.map(|t| ground(&t)).transpose()?,
         colliders: colliders::colliders(&top, folder)?,
         contact: colliders::contact(&top)?,
@@ -212,12 +214,7 @@ fn anchors(top: &Reader<'_>, bodies: &[Body]) -> Result<Vec<Anchor>, SceneError>
 fn anchor(r: &Reader<'_>, k: usize, bodies: &[Body]) -> Result<Anchor, SceneError> {
     let name = r.get_if("name")?.unwrap_or_else(|| format!("anchor {}", k + 1));
     check_name(&name, "an anchor").map_err(|message| r.fail("name", message))?;
-    let word: String = r.get("body")?;
-    let names: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
-    let Some(body) = names.iter().position(|name| *name == word) else {
-        let message = format!("no body is called `{word}` in {}{}", r.title, hint(&word, &names));
-        return Err(r.fail("body", message));
-    };
+    let body = index(r, "body", bodies.iter().map(|b| b.name.as_str()))?;
     let region = space(r, r.exactly_one_of(&["box", "ball", "all"])?)?;
     let (from, until): (f64, Option<f64>) = (r.get("from")?, r.get_if("until")?);
     if let Some(until) = until.filter(|until| *until <= from) {
@@ -256,6 +253,65 @@ pub(super) fn space(r: &Reader<'_>, word: &str) -> Result<Region, SceneError> {
             Region::All
         }
     })
+}
+
+/// The place among `names` of the one that the scene gives for the key `what`.
+fn index<'a>(r: &Reader<'_>, what: &str, names: impl Iterator<Item = &'a str>) -> Result<usize, SceneError> {
+    let word: String = r.get(what)?;
+    let names: Vec<&str> = names.collect();
+    names.iter().position(|name| *name == word).ok_or_else(|| {
+        let message = format!("no {what} is called `{word}` in {}{}", r.title, hint(&word, &names));
+        r.fail(what, message)
+    })
+}
+
+fn compares(
+    top: &Reader<'_>,
+    bodies: &[Body],
+    anchors: &[Anchor],
+    duration: f64,
+    folder: &Path,
+) -> Result<Vec<Compare>, SceneError> {
+    let read = |(k, r): (usize, &Reader<'_>)| {
+        let label = r.get_if("label")?.unwrap_or_else(|| format!("compare {}", k + 1));
+        Ok(Compare { label, reference: reference(r, bodies, anchors, duration, folder)? })
+    };
+    top.tables("compare")?.iter().enumerate().map(read).collect()
+}
+
+fn reference(
+    r: &Reader<'_>,
+    bodies: &[Body],
+    anchors: &[Anchor],
+    duration: f64,
+    folder: &Path,
+) -> Result<Reference, SceneError> {
+    let kinds: Vec<&str> = REFERENCES.iter().map(|(kind, _)| *kind).collect();
+    let kind = r.exactly_one_of(&kinds)?;
+    let (_, known) = REFERENCES.iter().find(|(name, _)| *name == kind).expect("one of the kinds");
+    if let Some((key, _)) = r.entries().find(|(key, _)| *key != kind && !known.contains(key)) {
+        let message = format!("`{key}` in {} does not go with `{kind}`, which has {}", r.title, known.join(", "));
+        return Err(r.fail(key, message));
+    }
+    let body = match r.get_if::<String>("body")? {
+        Some(_) => index(r, "body", bodies.iter().map(|b| b.name.as_str()))?,
+        None => 0,
+    };
+    let at = r.get_if("at")?.unwrap_or(duration);
+    if at > duration {
+        let message = format!("`at` = {at} in {} is after the end: `duration` is {duration} s", r.title);
+        return Err(r.fail("at", message));
+    }
+    let table = |key: &str| r.get(key).map(|written: String| Table { path: folder.join(&written), written });
+    let anchor = || index(r, "anchor", anchors.iter().map(|a| a.name.as_str()));
+    let of = match kind {
+        "field" => return Ok(Reference::Field { body, table: table(kind)?, translate: r.get("translate")?, at }),
+        "track" => return Ok(Reference::Track { body, table: table(kind)?, point: r.get("point")? }),
+        "displacement" => Quantity::Displacement { body, point: r.get("point")? },
+        "force" => Quantity::Force(anchor()?),
+        _ => Quantity::Torque(anchor()?),
+    };
+    Ok(Reference::Number { of, along: r.get::<DVec3>("along")?.normalize(), value: r.get(kind)?, at })
 }
 
 fn integrator(top: &Reader<'_>) -> Result<Integrator, SceneError> {

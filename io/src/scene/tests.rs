@@ -242,6 +242,12 @@ fn the_scenes_of_the_project_are_read_and_their_materials_known() {
         assert!(scene.ground.is_some() && scene.dt.is_none(), "{name}");
         scene.check(&registry).unwrap();
     }
+    for name in ["fig09_stretch", "fig10_bend", "fig11_swing", "fig12_twist", "fig13_vibration", "fig13_stand_in"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenes/{name}.toml"));
+        let scene = Scene::load(&path, &[]).unwrap();
+        assert!(scene.compares.len() >= 2 && !scene.anchors.is_empty(), "{name}");
+        scene.check(&registry).unwrap();
+    }
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/inclusion.toml");
     let scene = Scene::load(&path, &[]).unwrap();
     assert_eq!((scene.bodies[0].parts[0].name.as_str(), scene.bodies[0].interface.strength), ("disc", 0.3));
@@ -274,6 +280,16 @@ fn another(key: &Key) -> Vec<String> {
         (cut, _) if cut.starts_with("body.NAME.cut.N.rectangle.") => {
             vec!["body.vase.cut.1.rectangle={corner = [0, 0, 9], u = [1, 0, 0], v = [0, 2, 0]}".into()]
         }
+        ("anchor.N.body" | "compare.N.body", _) => set("other"),
+        ("compare.N.point", _) => vec!["compare.1.track=t.csv".into(), "compare.1.point=[1, 2, 3]".into()],
+        ("compare.N.track", _) => vec!["compare.1.track=t.csv".into(), "compare.1.point=[0, 0, 0]".into()],
+        ("compare.N.displacement", _) => {
+            ["displacement=1", "point=[0, 0, 0]", "along=[1, 0, 0]"].map(|s| format!("compare.1.{s}")).into()
+        }
+        ("compare.N.force" | "compare.N.torque" | "compare.N.anchor" | "compare.N.along", _) => {
+            let kind = if key.name() == "torque" { "torque=1" } else { "force=1" };
+            [kind, "anchor=anchor 1", "along=[0, 1, 0]"].map(|s| format!("compare.1.{s}")).into()
+        }
         ("body.NAME.region.N.ball.centre" | "body.NAME.region.N.ball.radius", _) => {
             vec!["body.vase.region.1.ball={centre = [0, 0, 0], radius = 1}".into()]
         }
@@ -286,7 +302,6 @@ fn another(key: &Key) -> Vec<String> {
         ("body.NAME.interface.pair.N.of" | "body.NAME.interface.pair.N.and", _) => {
             vec!["body.vase.interface.pair.1.of=vase".into(), "body.vase.interface.pair.1.and=lip".into()]
         }
-        ("anchor.N.body", _) => set("other"),
         (shape, _) if shape.starts_with("collider.N.shape.") => {
             let (kind, keys) = COLLIDERS.iter().rfind(|(_, keys)| keys.contains(&key.name())).unwrap_or(&COLLIDERS[2]);
             let value = |name: &str| match name {
@@ -333,7 +348,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
            [[body.vase.region]]\nname = 'lip'\nbox = [[0,0,0],[1,1,1]]\nmaterial = { law = 'isotropic' }\n\
            fracture = { criterion = 'none' }\n[[body.vase.interface.pair]]\nof = 'lip'\nand = 'vase'\nstrength = 1\n\
            [body.other]\nmesh = 'o.ply'\ndensity = 1\nmaterial = { law = 'isotropic' }\n\
-           [[anchor]]\nbody = 'vase'\nbox = [[0,0,0],[1,1,1]]\n[ground]\n[output.picture]\n[contact]\n\
+           [[anchor]]\nbody = 'vase'\nbox = [[0,0,0],[1,1,1]]\n[[compare]]\nfield = 'f.csv'\n[ground]\n[output.picture]\n[contact]\n\
            [[collider]]\nshape = { kind = 'ball', radius = 1 }\nmotion = 'free'\ndensity = 1\n\
            [[collider]]\nshape = { kind = 'ball', radius = 1 }\nmotion = 'keyframes'\n\
            [[collider.keyframe]]\ntime = 0\nposition = [0, 0, 0]\n\
@@ -349,7 +364,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
         assert_ne!(scene.fingerprint(), before, "{} has no effect", key.path);
         count += 1;
     }
-    assert_eq!(count, 106, "keys that take a value");
+    assert_eq!(count, 118, "keys that take a value");
 }
 
 #[test]

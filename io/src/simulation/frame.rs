@@ -1,7 +1,5 @@
 //! The surface of all bodies at one time.
 
-use fissure_meshing::skin::Particles;
-
 use super::{Simulation, colliders};
 use crate::frames::Frame;
 
@@ -17,13 +15,10 @@ impl Simulation {
     pub fn frame(&mut self, number: u32) -> Frame {
         let mut frame = Frame { time: self.world.time, number, ..Frame::default() };
         let mut pieces = 0;
-        for (body, embedded) in self.world.bodies.iter().zip(&mut self.meshes) {
-            let p = self.world.particles.of(&body.range);
+        (0..self.meshes.len()).for_each(|k| self.follow(k));
+        for (body, embedded) in self.world.bodies.iter().zip(&self.meshes) {
             let damage = &self.world.particles.damage[body.range.clone()];
             let mesh = &embedded.mesh;
-            let particles =
-                Particles { rest: &embedded.rest, position: p.position, velocity: p.velocity, mass: p.mass };
-            embedded.skin.update(mesh, &particles);
             let surface = mesh.surface();
             let (fragment, count) = mesh.fragments();
             let (places, speeds) = (embedded.skin.positions(), embedded.skin.velocities());

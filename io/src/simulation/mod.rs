@@ -73,6 +73,14 @@ impl Simulation {
         done.map(|()| new)
     }
 
+    /// Moves the vertices of mesh `k` to where the particles are. Skins remember rotations, so when this is done is part of
+    /// a run; checkpoints keep that.
+    pub(crate) fn follow(&mut self, k: usize) {
+        let (embedded, p) = (&mut self.meshes[k], self.world.particles.of(&self.world.bodies[k].range));
+        let particles = Particles { rest: &embedded.rest, position: p.position, velocity: p.velocity, mass: p.mass };
+        embedded.skin.update(&embedded.mesh, &particles);
+    }
+
     /// Fragment of each particle's tetrahedron, numbered through all bodies, and how many there are.
     pub fn fragments(&self) -> (Vec<u32>, usize) {
         let (mut all, mut total) = (Vec::new(), 0);

@@ -209,6 +209,23 @@ fn contradictions() {
         tail("[[body.vase.cut]]\ntriangle = [[0,0,0],[1,1,1],[2,2,2]]", 11),
         "[[body.vase.cut]] 1 has no area: its corners lie in one line; move one of them"
     );
+    let compare = |lines: &str, line| tail(&format!("[[compare]]\n{lines}"), line);
+    assert_eq!(
+        compare("field = 'f.csv'\nforce = 3", 13),
+        "both `field` and `force` are given in [[compare]] 1; keep one of them"
+    );
+    assert_eq!(
+        compare("field = 'f.csv'\nalong = [1, 0, 0]", 13),
+        "`along` in [[compare]] 1 does not go with `field`, which has label, body, at, translate"
+    );
+    assert_eq!(
+        compare("field = 'f.csv'\nat = 0.75", 13),
+        "`at` = 0.75 in [[compare]] 1 is after the end: `duration` is 0.5 s"
+    );
+    assert_eq!(
+        compare("force = 3\nalong = [1, 0, 0]\nanchor = 'end'", 14),
+        "no anchor is called `end` in [[compare]] 1; none is known here"
+    );
     let anchor = "[[anchor]]\nbody = 'vase'\n";
     assert_eq!(
         tail(&format!("{anchor}box = [[1, 0, 0], [0, 1, 1]]"), 13),
