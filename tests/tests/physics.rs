@@ -52,7 +52,7 @@ fn a_strained_block_pulls_with_its_moduli() {
     }
     // measured .068 and .030; without the surface treatment .166 and .080. An affine strain is stiffer than the relaxed
     // one that the treatment aims at (see the comparison with finite elements).
-    assert!(errors[0] < 0.075 && errors[1] < 0.035, "{errors:?}");
+    assert!(errors[0] < 0.075 && errors[1] < 0.035 && errors[1] < 0.6 * errors[0], "{errors:?}");
 }
 
 #[test]
