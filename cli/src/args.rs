@@ -54,6 +54,11 @@ pub(crate) enum Command {
     },
     /// Draw a frame of a run as PNG
     Render(RenderArgs),
+    /// Say what differs between two runs, checkpoints or scenes; exit code 0: the same, 1: differs, 2: trouble
+    #[command(after_help = "Examples:\n  fissure diff runs/before runs/after\n  \
+        fissure diff a/checkpoint_00000100.fis b/checkpoint_00000100.fis --columns position --tolerance 1e-9\n  \
+        fissure diff runs/before runs/after --png where.png\n  fissure diff scenes/old.toml scenes/new.toml --json")]
+    Diff(DiffArgs),
 }
 
 #[derive(Group, Clone, Default)]
@@ -108,4 +113,24 @@ pub(crate) struct RenderArgs {
     /// What gives the colour
     #[arg(long, value_parser = ["material", "damage", "speed", "piece"])]
     pub color: Option<String>,
+}
+
+#[derive(Group)]
+pub(crate) struct DiffArgs {
+    /// A run folder, a checkpoint (.fis) or a scene (.toml)
+    pub a: PathBuf,
+    /// Another of the same kind
+    pub b: PathBuf,
+    /// Numbers no farther apart than this count as the same, in the unit of their column
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub tolerance: f64,
+    /// Only columns with this in their name, e.g. position
+    #[arg(long, value_name = "PART", default_value = "", hide_default_value = true)]
+    pub columns: String,
+    /// Draw where the first differing column differs: pale where not, deep red where most
+    #[arg(long, value_name = "FILE")]
+    pub png: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
 }

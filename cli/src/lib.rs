@@ -4,6 +4,7 @@
 
 mod args;
 mod compare;
+mod diff;
 mod error;
 mod folder;
 mod info;
@@ -66,6 +67,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Materials { name } => materials::command(name.as_deref(), registry),
         Command::Keys { part } => keys::command(part.as_deref()),
         Command::Render(options) => render::command(&options),
+        Command::Diff(options) => diff::command(&options),
     }
 }
 
