@@ -56,15 +56,15 @@ pub struct Bandwidth {
     pub triad: f64,
 }
 
-/// Bytes of each array: more than caches hold, also large ones that are shared with other virtual machines.
-const BYTES: usize = 256 << 20;
+/// Bytes of each array at most: more than caches hold, also large ones that are shared with other virtual machines.
+const MOST: usize = 256 << 20;
 /// Elements that one task works through.
 const PIECE: usize = 1 << 16;
 
 impl Bandwidth {
-    /// The best of `runs`, over arrays of 256 MiB.
-    pub fn measure(runs: usize) -> Self {
-        let n = BYTES / size_of::<f64>();
+    /// The best of `runs`, over arrays of `bytes`, but 256 MiB at most.
+    pub fn measure(runs: usize, bytes: usize) -> Self {
+        let n = bytes.clamp(PIECE, MOST) / size_of::<f64>();
         let filled = |x: f64| -> Vec<f64> { (0..n).into_par_iter().map(|_| x).collect() };
         let (mut a, b, c) = (filled(0.0), filled(1.0), filled(2.0));
         let least = |work: &mut dyn FnMut()| {
@@ -85,7 +85,7 @@ impl Bandwidth {
             pieces.for_each(|((a, b), c)| a.iter_mut().zip(b).zip(c).for_each(|((a, b), c)| *a = b + 3.0 * c));
             std::hint::black_box(&a);
         });
-        Self { read: BYTES as f64 / read, triad: 3.0 * BYTES as f64 / triad }
+        Self { read: (n * 8) as f64 / read, triad: (n * 24) as f64 / triad }
     }
 
     /// Directed bonds per second that reading eight bytes of each twice would allow: neighbour and weight, in the pass over

@@ -3,6 +3,7 @@
 //! Errors are one sentence on standard error and exit code 2; an interrupted run exits with 130.
 
 mod args;
+mod bench;
 mod compare;
 mod error;
 mod folder;
@@ -66,6 +67,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Materials { name } => materials::command(name.as_deref(), registry),
         Command::Keys { part } => keys::command(part.as_deref()),
         Command::Render(options) => render::command(&options),
+        Command::Bench(options) => bench::command(&options, registry),
     }
 }
 
