@@ -3,7 +3,8 @@
 
 use std::time::Instant;
 
-use fissure_bench::Lattice;
+use fissure_bench::machine::resident;
+use fissure_bench::{Lattice, bytes_per_bond};
 
 fn main() {
     let arg = |k: usize, default: f64| std::env::args().nth(k).and_then(|a| a.parse().ok()).unwrap_or(default);
@@ -38,4 +39,12 @@ fn main() {
             bonds as f64 / best / 1e6
         );
     }
+    let (columns, (now, most)) = (bytes_per_bond(&mut world), resident());
+    println!(
+        "bytes per directed bond: {:.2} in columns of bonds, {:.2} in all; resident {:.2} now, {:.2} at most",
+        columns.0,
+        columns.1,
+        now as f64 / bonds as f64,
+        most as f64 / bonds as f64
+    );
 }

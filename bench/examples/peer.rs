@@ -3,17 +3,8 @@
 
 use std::time::Instant;
 
+use fissure_bench::machine::processor_time;
 use fissure_bench::{Lattice, on_threads};
-
-/// Processor time of all threads of this process so far [s], as Linux counts it.
-fn processor_time() -> f64 {
-    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
-    let spent = |task: std::fs::DirEntry| {
-        let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
-        text.split(' ').next()?.parse::<f64>().ok()
-    };
-    tasks.filter_map(spent).sum::<f64>() * 1e-9
-}
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();

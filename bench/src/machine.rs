@@ -1,4 +1,4 @@
-//! The machine: what it is, and how fast it reads memory.
+//! The machine: what it is, how fast it reads memory, and what this process takes of it.
 
 use std::time::Instant;
 
@@ -45,6 +45,26 @@ impl Machine {
         let load = self.load.map_or(String::new(), |l| format!(", load {l:.1}"));
         format!("{}, {} threads, built for {features}{load}", self.processor, self.threads)
     }
+}
+
+/// Processor time of all threads of this process so far [s], as Linux counts it; 0 elsewhere.
+pub fn processor_time() -> f64 {
+    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+    let spent = |task: std::fs::DirEntry| {
+        let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
+        text.split(' ').next()?.parse::<f64>().ok()
+    };
+    tasks.filter_map(spent).sum::<f64>() * 1e-9
+}
+
+/// Memory of this process [B], now and at most so far, as Linux counts it; 0 elsewhere.
+pub fn resident() -> (u64, u64) {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let of = |key: &str| -> Option<u64> {
+        let line = status.lines().find_map(|line| line.strip_prefix(key))?;
+        Some(line.trim().trim_end_matches(" kB").parse::<u64>().ok()? * 1024)
+    };
+    (of("VmRSS:").unwrap_or(0), of("VmHWM:").unwrap_or(0))
 }
 
 /// Bandwidth of memory [B/s] with the threads of the present pool.

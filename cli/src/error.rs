@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use fissure_engine::StepError;
 use fissure_io::checkpoint::CheckpointError;
+use fissure_io::diff::DiffError;
 use fissure_io::frames::FrameError;
 use fissure_io::mesh::MeshError;
 use fissure_io::picture::PictureError;
@@ -21,6 +22,8 @@ pub enum Error {
     Simulation(#[from] SimulationError),
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+    #[error(transparent)]
+    Diff(#[from] DiffError),
     #[error(transparent)]
     Frame(#[from] FrameError),
     #[error(transparent)]

@@ -5,6 +5,7 @@
 mod args;
 mod bench;
 mod compare;
+mod diff;
 mod error;
 mod folder;
 mod info;
@@ -68,6 +69,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Keys { part } => keys::command(part.as_deref()),
         Command::Render(options) => render::command(&options),
         Command::Bench(options) => bench::command(&options, registry),
+        Command::Diff(options) => diff::command(&options),
     }
 }
 

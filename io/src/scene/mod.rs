@@ -46,6 +46,7 @@ pub use model::{
     Table, Weight,
 };
 pub use parts::{Part, Where};
+pub(crate) use tree::flat_keys;
 
 /// A scene, read and checked. SI units throughout.
 #[derive(Clone, Debug)]
