@@ -62,6 +62,8 @@ pub(crate) enum Command {
     },
     /// Draw a frame of a run as PNG
     Render(RenderArgs),
+    /// Time the step on this machine, and say how near it is to what the memory allows
+    Bench(BenchArgs),
     /// Say what differs between two runs, checkpoints or scenes; exit code 0: the same, 1: differs, 2: trouble
     #[command(after_help = "Examples:\n  fissure diff runs/before runs/after\n  \
         fissure diff a/checkpoint_00000100.fis b/checkpoint_00000100.fis --columns position --tolerance 1e-9\n  \
@@ -121,6 +123,16 @@ pub(crate) struct RenderArgs {
     /// What gives the colour
     #[arg(long, value_parser = ["material", "damage", "speed", "piece"])]
     pub color: Option<String>,
+}
+
+#[derive(Group)]
+pub(crate) struct BenchArgs {
+    /// Particles along the edge of the block; smaller ones than the default may lie in caches
+    #[arg(long, default_value_t = 67, value_parser = clap::value_parser!(i32).range(8..=120))]
+    pub edge: i32,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Group)]

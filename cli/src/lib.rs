@@ -3,6 +3,7 @@
 //! Errors are one sentence on standard error and exit code 2; an interrupted run exits with 130.
 
 mod args;
+mod bench;
 mod compare;
 mod diff;
 mod error;
@@ -69,6 +70,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Keys { part } => keys::command(part.as_deref()),
         Command::Render(options) => render::command(&options),
         Command::Verify { path } => verify::command(&path),
+        Command::Bench(options) => bench::command(&options, registry),
         Command::Diff(options) => diff::command(&options),
     }
 }

@@ -215,3 +215,22 @@ fn render_draws_frames() {
         assert!(sentence.contains(word), "{sentence}");
     }
 }
+
+#[test]
+fn bench_prints_the_machine_and_its_floor() {
+    let shop = Workshop::new();
+    let text = shop.good(&["bench", "--edge", "10"]).out;
+    for word in ["machine", "threads", "1000 particles", "read GB/s", "of the floor"] {
+        assert!(text.contains(word), "{word} in {text}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&shop.good(&["bench", "--edge", "10", "--json"]).out).unwrap();
+    assert_eq!(json["particles"], 1000);
+    for row in json["measured"].as_array().unwrap() {
+        let of = |key: &str| row[key].as_f64().unwrap();
+        let rate = json["directed_bonds"].as_f64().unwrap() / of("seconds_per_step");
+        assert!((of("directed_bonds_per_second") / rate - 1.0).abs() < 1e-9 && of("triad") > 0.0, "{row}");
+        assert!((of("share_of_floor") * of("read") / 16.0 / rate - 1.0).abs() < 1e-9, "{row}");
+    }
+    let sentence = shop.refusal(&["bench", "--edge", "3"]);
+    assert!(sentence.contains("--edge") && sentence.contains("8..=120"), "{sentence}");
+}
