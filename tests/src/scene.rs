@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use fissure_io::frames::Frame;
 use fissure_io::scene::Scene;
 use fissure_io::simulation::Simulation;
 use fissure_meshing::crack::{GLUED, SEPARATED};
@@ -19,15 +20,10 @@ pub fn build(name: &str, sets: &[&str]) -> Simulation {
     println!(
         "{name} {sets:?}: {} particles, {} bonds, dt {:.2e} s",
         world.particles.len(),
-        bonds(&simulation),
+        world.bond_counts().0 / 2,
         world.dt
     );
     simulation
-}
-
-/// How many bonds there were at the start, each counted once.
-pub fn bonds(simulation: &Simulation) -> u64 {
-    simulation.world.bond_counts().0 / 2
 }
 
 /// Steps until `time` [s].
@@ -129,6 +125,25 @@ pub fn displacements(simulation: &Simulation, k: usize) -> Vec<(DVec3, DVec3)> {
             (rest, p.position[i] - rest)
         })
         .collect()
+}
+
+/// Every edge of the surface is shared by as many triangles one way as the other.
+///
+/// # Panics
+/// With `what`, where it is open.
+pub fn assert_closed(frame: &Frame, what: &str) {
+    let key = |v: u32| frame.positions[v as usize].map(f32::to_bits);
+    let mut edges: Vec<([[u32; 3]; 2], i32)> = Vec::new();
+    for t in &frame.triangles {
+        for k in 0..3 {
+            let (a, b) = (key(t[k]), key(t[(k + 1) % 3]));
+            edges.push(if a < b { ([a, b], 1) } else { ([b, a], -1) });
+        }
+    }
+    edges.sort_unstable();
+    for same in edges.chunk_by(|a, b| a.0 == b.0) {
+        assert_eq!(same.iter().map(|e| e.1).sum::<i32>(), 0, "{what}: open at {:?}", same[0].0);
+    }
 }
 
 /// Numbers the connected parts of those of 0 .. `n` that `joins`; `u32::MAX` for the others.

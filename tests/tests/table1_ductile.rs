@@ -2,7 +2,7 @@
 
 use fissure_engine::{Integrator, Relax};
 use fissure_io::simulation::Simulation;
-use fissure_tests::scene::{angles, build, crack_faces, displacements, fragments, run};
+use fissure_tests::scene::{angles, assert_closed, build, crack_faces, displacements, fragments, run};
 use glam::DVec3;
 
 const COARSE: &str = "body.wall.tets=10000";
@@ -31,6 +31,7 @@ fn figure_1c_the_wall_gives_way_before_it_tears() {
     assert!(ball.position.z < -0.15 && ball.velocity.z < -10.0, "the ball is not through");
     assert!(lip[0] > 0.02 && lip[0] > 3.0 * far[0].abs(), "no bulge");
     assert!(far[1] < 0.01, "cracks run");
+    assert_closed(&s.frame(1), "wall with a hole");
 }
 
 #[test]

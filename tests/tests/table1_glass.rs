@@ -1,7 +1,7 @@
 //! Table 1 of Chen et al.: what must be seen of the glass walls (Figs. 1a, 1b, 7, 15), coarse and short.
 
 use fissure_io::simulation::Simulation;
-use fissure_tests::scene::{angles, bonded, build, crack_faces, cracks, displacements, fragments, run};
+use fissure_tests::scene::{angles, assert_closed, bonded, build, crack_faces, cracks, displacements, fragments, run};
 use glam::DVec3;
 
 const COARSE: &str = "body.wall.tets=10000";
@@ -38,6 +38,7 @@ fn figure_1a_the_ball_shatters_what_it_hits_and_cracks_run_from_there() {
     assert!(fragments.len() > 100 && within > 0.3 && beyond < 0.06, "dust where the ball is, and nowhere else");
     assert!(reach > 0.35, "cracks of {reach} m");
     assert!(s.world.colliders[1].velocity.z < -30.0, "stopped to {}", s.world.colliders[1].velocity);
+    assert_closed(&s.frame(1), "shattered wall");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use fissure_io::simulation::Simulation;
 use fissure_tests::meshes;
-use fissure_tests::scene::{bonded_pieces, build, crack_faces, displacements, fragments, run};
+use fissure_tests::scene::{assert_closed, bonded_pieces, build, crack_faces, displacements, fragments, run};
 use glam::{DVec2, DVec3};
 
 /// What makes a scene take the mesh `name`, which is not part of the project, if it is there.
@@ -82,6 +82,7 @@ fn is_torn(mesh: &str) {
     assert!(torn.len() >= 2, "{} limbs are off", torn.len());
     assert!(torn[0] > first_break + 0.001, "torn at once, not progressively: {first_break} {torn:?}");
     assert!(torn[0] < torn[torn.len() - 1], "all at once: {torn:?}");
+    assert_closed(&s.frame(1), "torn figure");
 }
 
 #[test]
@@ -111,6 +112,7 @@ fn figure_8_the_bullet_passes_and_leaves_rugged_surfaces() {
     assert!(area > 0.2, "cracks of {area} m²");
     assert!(directions.min_element() > 0.15, "cracks in one direction: {directions}");
     assert!(fragments.len() > 15 && fragments[0] as f64 > 0.9 * s.world.particles.len() as f64, "{fragments:?}");
+    assert_closed(&s.frame(1), "jello");
 }
 
 fn breaks_again(mesh: &str) {
@@ -169,4 +171,5 @@ fn figure_17_cracks_start_at_the_cuts_and_part_the_sheet() {
     println!("at first {broken} broken bonds within {started:.1} horizons; then {:?}", s.world.bond_counts());
     assert!(broken > 300 && started < 2.0, "{broken} bonds, up to {started} horizons from the ends of the cuts");
     assert!(sides[0] != sides[1], "the sheet holds");
+    assert_closed(&s.frame(1), "torn sheet");
 }
