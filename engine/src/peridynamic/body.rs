@@ -203,16 +203,22 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         (self.bonds, self.regions.chunks) = (bonds, chunks.into());
         drop(g.families);
         let mut m = weighted_volumes(&self.bonds, p.rest, p.volume);
+        if self.laws().needs_influence() {
+            self.influence.set(self.bonds.weight.to_vec());
+        }
         // the factor belongs to the geometry, so it is for bodies all of whose laws want it
         if self.laws.iter().all(T::compensates_surface) {
-            surface::compensate(&mut self.bonds, p.rest, p.volume, &m);
+            let full = |i: usize| match &laws[usize::from(regions.get(i).copied().unwrap_or(0))] {
+                law if law.needs_influence() => {
+                    surface::full_family(|n| law.influence_at(p.rest[i].as_dvec3(), n * self.horizon, self.horizon))
+                }
+                _ => surface::SPHERE,
+            };
+            surface::compensate(&mut self.bonds, p.rest, p.volume, &m, &full);
             // of the new weights: θ is exact for a pure dilatation, and any κ > 0 is stable beside any μ
             m = weighted_volumes(&self.bonds, p.rest, p.volume);
         }
         self.inv_m = m.iter().map(|m| 1.0 / m).collect::<Vec<_>>().into();
-        if self.laws().needs_influence() {
-            self.influence.set(self.bonds.weight.to_vec());
-        }
         let ends = self.bonds.weight.to_mut().iter_mut().zip(&self.bonds.neighbours[..]);
         ends.for_each(|(weight, &j)| *weight = (f64::from(*weight) * p.volume[j as usize]) as f32);
         let slots = self.bonds.neighbours.len();
