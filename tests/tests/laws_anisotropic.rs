@@ -39,8 +39,8 @@ fn stiffness(law: &Anisotropic<Isotropic>, f: DMat3, strain: f64) -> f64 {
     let volume = spacing.powi(3);
     let m: f64 = family.iter().map(|xi| law.influence(*xi, 1.0) * xi.length_squared() * volume).sum();
     let bond = |xi: &DVec3, theta: f64| {
-        let (rest, weight) = (xi.length(), law.influence(*xi, 1.0));
-        Bond { rest, ext: (f * *xi - *xi).dot(*xi) / rest, cos: 1.0, weight, theta, inv_m: 1.0 / m, norm: 0.0 }
+        let rest = xi.length();
+        Bond { ext: (f * *xi - *xi).dot(*xi) / rest, theta, ..Bond::at_rest(rest, law.influence(*xi, 1.0), 1.0 / m) }
     };
     let theta: f64 = family.iter().map(|xi| law.dilatation(&bond(xi, 0.0)) * volume).sum();
     let bonds: f64 = family.iter().map(|xi| law.bond_energy(&bond(xi, theta), []) * volume).sum();

@@ -283,7 +283,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             let base = scene.chunks(rows.start).start * CHUNK;
             let (mut own, mut twin) = (own.map(|c| c.values), twin.map(|c| c.values));
             for i in rows.filter(|&i| s.outlook[i].flows) {
-                scene.flow(laws, laws.own(i), i, dt, base, &mut own, &mut twin);
+                scene.flow(laws, laws.own(i), i, dt, base, [&mut own, &mut twin]);
             }
         });
     }
@@ -296,7 +296,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         let (scene, memory, laws) = (self.scene(), self.memory(), self.laws());
         let density: Vec<f64> = (0..p.len())
             .into_par_iter()
-            .map(|i| scene.energy(&memory, laws, laws.own(i), i) + laws.own(i).theta_energy(self.scratch.theta[i]))
+            .map(|i| scene.energy(&memory, laws, i) + laws.own(i).theta_energy(self.scratch.theta[i]))
             .collect();
         Some(density.iter().zip(p.volume).map(|(w, v)| w * v).sum())
     }
