@@ -170,7 +170,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             }
         }
         let (laws, regions) = (&self.laws, &self.regions.rows[..]);
-        let (bonds, chunks) = Bonds::grouped(&g.families, p.rest, regions, |i, j, xi| {
+        let (bonds, chunks) = Bonds::grouped(g.families, p.rest, regions, |i, j, xi| {
             let middle = 0.5 * (p.rest[i].as_dvec3() + p.rest[j].as_dvec3());
             let of = |region: u8| laws[usize::from(region)].influence_at(middle, xi, self.horizon);
             match (regions.get(i), regions.get(j)) {
@@ -179,7 +179,6 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             }
         });
         (self.bonds, self.regions.chunks) = (bonds, chunks.into());
-        drop(g.families);
         let mut m = weighted_volumes(&self.bonds, p.rest, p.volume);
         // the factor belongs to the geometry, so it is for bodies all of whose laws want it
         if self.laws.iter().all(T::compensates_surface) {
