@@ -30,6 +30,9 @@ pub(crate) enum Command {
     Resume {
         /// The run folder
         dir: PathBuf,
+        /// Go on although scene.toml was changed since the checkpoint; checkpoints record the change
+        #[arg(long)]
+        force: bool,
         #[command(flatten)]
         run: RunArgs,
     },
@@ -37,6 +40,11 @@ pub(crate) enum Command {
     Info {
         /// The file or folder
         file: PathBuf,
+    },
+    /// Read every byte of a checkpoint, or of all files of a run, and check it
+    Verify {
+        /// The checkpoint or run folder
+        path: PathBuf,
     },
     /// Make tetrahedra from a surface, or convert a mesh; reports the quality
     #[command(after_help = "Examples:\n  fissure mesh bunny.ply bunny.msh --tets 100000\n  \

@@ -43,6 +43,11 @@ pub enum Error {
     Running(PathBuf),
     #[error("{} is no run folder: it has no scene.toml; give the folder that `fissure run` made", .0.display())]
     NoRun(PathBuf),
+    #[error(
+        "scene.toml of {} was changed since the checkpoint: {keys}; undo that, or accept it with `fissure resume {} --force`",
+        dir.display(), dir.display()
+    )]
+    Changed { dir: PathBuf, keys: String },
     #[error("{0}")]
     Usage(String),
 }

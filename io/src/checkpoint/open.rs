@@ -245,7 +245,10 @@ impl Opened {
     }
 
     /// Refuses a frozen file that is not the one of this live file.
-    pub(crate) fn expect_frozen(&self, frozen: &Opened) -> Result<(), CheckpointError> {
+    ///
+    /// # Errors
+    /// Files of the wrong kind, or of two runs.
+    pub fn belongs_to(&self, frozen: &Opened) -> Result<(), CheckpointError> {
         self.expect_life(Life::Live)?;
         frozen.expect_life(Life::Frozen)?;
         if self.frozen == frozen.fingerprint {

@@ -160,7 +160,7 @@ impl Store {
         let frozen = accept(self.open_frozen()?)?;
         for (_, path) in checkpoints.iter().rev() {
             let live = Opened::open(path).and_then(|live| {
-                live.expect_frozen(&frozen)?;
+                live.belongs_to(&frozen)?;
                 accept(live)
             });
             match live {
