@@ -192,7 +192,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             }
         }
         let (laws, regions) = (&self.laws, &self.regions.rows[..]);
-        let (bonds, chunks) = Bonds::grouped(&g.families, p.rest, regions, |i, j, xi| {
+        let (bonds, chunks) = Bonds::grouped(g.families, p.rest, regions, |i, j, xi| {
             let middle = 0.5 * (p.rest[i].as_dvec3() + p.rest[j].as_dvec3());
             let of = |region: u8| laws[usize::from(region)].influence_at(middle, xi, self.horizon);
             match (regions.get(i), regions.get(j)) {
@@ -201,7 +201,6 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             }
         });
         (self.bonds, self.regions.chunks) = (bonds, chunks.into());
-        drop(g.families);
         let mut m = weighted_volumes(&self.bonds, p.rest, p.volume);
         if self.laws().needs_influence() {
             self.influence.set(self.bonds.weight.to_vec());
