@@ -3,13 +3,17 @@
 
 use std::time::Instant;
 
+use fissure_bench::machine::resident;
+use fissure_bench::{Lattice, bytes_per_bond};
+
 fn main() {
     let arg = |k: usize, default: f64| std::env::args().nth(k).and_then(|a| a.parse().ok()).unwrap_or(default);
-    let (n, horizon, steps) = (arg(1, 67.0) as i32, arg(2, 3.4), arg(3, 10.0) as usize);
-    let start = Instant::now();
+    let (edge, horizon, steps) = (arg(1, 67.0) as i32, arg(2, 3.4), arg(3, 10.0) as usize);
     let word = |k: usize, default: &str| std::env::args().nth(k).unwrap_or(default.into());
     let (law, criterion) = (word(4, "isotropic"), word(5, "critical_stretch"));
-    let mut world = fissure_bench::lattice_of(&fissure_materials::registry(), &law, &criterion, n, horizon);
+    let lattice = Lattice { law: &law, criterion: &criterion, edge, horizon, ..Lattice::default() };
+    let start = Instant::now();
+    let mut world = lattice.world(&fissure_materials::registry());
     let bonds = world.bond_counts().0;
     println!(
         "{} particles, {bonds} directed bonds, built in {:.2} s",
@@ -19,8 +23,7 @@ fn main() {
     let start = Instant::now();
     println!("stable step {:.3e} s, found in {:.2} s", world.stable_dt(), start.elapsed().as_secs_f64());
     for threads in [1, 2] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        let best = pool.install(|| {
+        let best = fissure_bench::on_threads(threads, || {
             world.step().expect("stable");
             (0..steps)
                 .map(|_| {
@@ -36,4 +39,12 @@ fn main() {
             bonds as f64 / best / 1e6
         );
     }
+    let (columns, (now, most)) = (bytes_per_bond(&mut world), resident());
+    println!(
+        "bytes per directed bond: {:.2} in columns of bonds, {:.2} in all; resident {:.2} now, {:.2} at most",
+        columns.0,
+        columns.1,
+        now as f64 / bonds as f64,
+        most as f64 / bonds as f64
+    );
 }

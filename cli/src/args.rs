@@ -30,6 +30,9 @@ pub(crate) enum Command {
     Resume {
         /// The run folder
         dir: PathBuf,
+        /// Go on although scene.toml was changed since the checkpoint; checkpoints record the change
+        #[arg(long)]
+        force: bool,
         #[command(flatten)]
         run: RunArgs,
     },
@@ -37,6 +40,11 @@ pub(crate) enum Command {
     Info {
         /// The file or folder
         file: PathBuf,
+    },
+    /// Read every byte of a checkpoint, or of all files of a run, and check it
+    Verify {
+        /// The checkpoint or run folder
+        path: PathBuf,
     },
     /// Make tetrahedra from a surface, or convert a mesh; reports the quality
     #[command(after_help = "Examples:\n  fissure mesh bunny.ply bunny.msh --tets 100000\n  \
@@ -54,6 +62,13 @@ pub(crate) enum Command {
     },
     /// Draw a frame of a run as PNG
     Render(RenderArgs),
+    /// Time the step on this machine, and say how near it is to what the memory allows
+    Bench(BenchArgs),
+    /// Say what differs between two runs, checkpoints or scenes; exit code 0: the same, 1: differs, 2: trouble
+    #[command(after_help = "Examples:\n  fissure diff runs/before runs/after\n  \
+        fissure diff a/checkpoint_00000100.fis b/checkpoint_00000100.fis --columns position --tolerance 1e-9\n  \
+        fissure diff runs/before runs/after --png where.png\n  fissure diff scenes/old.toml scenes/new.toml --json")]
+    Diff(DiffArgs),
 }
 
 #[derive(Group, Clone, Default)]
@@ -108,4 +123,34 @@ pub(crate) struct RenderArgs {
     /// What gives the colour
     #[arg(long, value_parser = ["material", "damage", "speed", "piece"])]
     pub color: Option<String>,
+}
+
+#[derive(Group)]
+pub(crate) struct BenchArgs {
+    /// Particles along the edge of the block; smaller ones than the default may lie in caches
+    #[arg(long, default_value_t = 67, value_parser = clap::value_parser!(i32).range(8..=120))]
+    pub edge: i32,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Group)]
+pub(crate) struct DiffArgs {
+    /// A run folder, a checkpoint (.fis) or a scene (.toml)
+    pub a: PathBuf,
+    /// Another of the same kind
+    pub b: PathBuf,
+    /// Numbers no farther apart than this count as the same, in the unit of their column
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub tolerance: f64,
+    /// Only columns with this in their name, e.g. position
+    #[arg(long, value_name = "PART", default_value = "", hide_default_value = true)]
+    pub columns: String,
+    /// Draw where the first differing column differs: pale where not, deep red where most
+    #[arg(long, value_name = "FILE")]
+    pub png: Option<PathBuf>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
 }

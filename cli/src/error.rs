@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use fissure_engine::StepError;
 use fissure_io::checkpoint::CheckpointError;
+use fissure_io::diff::DiffError;
 use fissure_io::frames::FrameError;
 use fissure_io::mesh::MeshError;
 use fissure_io::picture::PictureError;
@@ -21,6 +22,8 @@ pub enum Error {
     Simulation(#[from] SimulationError),
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+    #[error(transparent)]
+    Diff(#[from] DiffError),
     #[error(transparent)]
     Frame(#[from] FrameError),
     #[error(transparent)]
@@ -40,6 +43,11 @@ pub enum Error {
     Running(PathBuf),
     #[error("{} is no run folder: it has no scene.toml; give the folder that `fissure run` made", .0.display())]
     NoRun(PathBuf),
+    #[error(
+        "scene.toml of {} was changed since the checkpoint: {keys}; undo that, or accept it with `fissure resume {} --force`",
+        dir.display(), dir.display()
+    )]
+    Changed { dir: PathBuf, keys: String },
     #[error("{0}")]
     Usage(String),
 }

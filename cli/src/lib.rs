@@ -3,7 +3,9 @@
 //! Errors are one sentence on standard error and exit code 2; an interrupted run exits with 130.
 
 mod args;
+mod bench;
 mod compare;
+mod diff;
 mod error;
 mod folder;
 mod info;
@@ -15,6 +17,7 @@ mod progress;
 mod render;
 mod run;
 mod say;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -60,12 +63,15 @@ pub fn main_with(registry: Registry) -> ExitCode {
 fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
     match command {
         Command::Run { scene, out, run } => run::command(&scene, out, &run, registry),
-        Command::Resume { dir, run } => run::resume_command(&dir, &run, registry),
+        Command::Resume { dir, force, run } => run::resume_command(&dir, force, &run, registry),
         Command::Info { file } => info::command(&file, registry),
         Command::Mesh(options) => mesh::command(&options),
         Command::Materials { name } => materials::command(name.as_deref(), registry),
         Command::Keys { part } => keys::command(part.as_deref()),
         Command::Render(options) => render::command(&options),
+        Command::Verify { path } => verify::command(&path),
+        Command::Bench(options) => bench::command(&options, registry),
+        Command::Diff(options) => diff::command(&options),
     }
 }
 

@@ -4,6 +4,19 @@
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+/// How the names of unfinished files begin.
+const UNFINISHED: &str = ".writing-";
+
+/// Removes what killed writers left in `folder`; only for who knows that no writer is alive there. A folder that is not
+/// there has nothing to remove, and a file that cannot be removed does no harm.
+pub fn sweep(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(UNFINISHED) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// Writes `bytes` to `path` so that nobody ever sees half a file; see [`write_atomically_with`].
 ///
 /// # Errors
@@ -24,7 +37,7 @@ pub fn write_atomically_with(path: &Path, content: impl FnOnce(&mut dyn Write) -
         _ => Path::new("."),
     };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".writing-");
+    builder.prefix(UNFINISHED);
     // The temporary-file default is private to the user; what we write is meant to be shared as the umask allows.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));

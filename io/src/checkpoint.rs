@@ -103,6 +103,7 @@ mod tests;
 mod write;
 
 pub use error::CheckpointError;
+pub(crate) use format::type_name;
 pub use format::{About, Section, VERSION};
 pub use open::Opened;
 pub use snapshot::Snapshot;

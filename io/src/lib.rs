@@ -3,6 +3,7 @@
 pub mod atomic;
 pub mod checkpoint;
 pub mod compare;
+pub mod diff;
 pub mod frames;
 pub mod mesh;
 pub mod picture;

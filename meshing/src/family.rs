@@ -4,13 +4,15 @@
 //! and a pair near the horizon is decided by |x_j − x_i|² ≤ δ² in f64, the same bits from both ends. (A tree over
 //! f32 points gave one-sided bonds on lattices whose spacing divides the horizon.)
 //!
-//! Rows are built in waves of fixed blocks: the blocks of a wave in parallel, each into a vector of its own, which
-//! are then appended in order. So the result is the same on any number of threads, and the peak is the result plus
-//! one wave. Two passes, one that counts and one that fills, need no wave but twice the time.
+//! Runs of particles that lie together share a question to the tree (`crowd.rs`). Rows are counted, then filled in place:
+//! so the result is the same on any number of threads and never grows, and the peak is the result, as it is before
+//! clipping, and the tree. Measured on two busy cores, 3e5 particles, 161 neighbours: NUMBERS.
 
 mod clip;
+mod crowd;
 mod error;
 mod near;
+mod rows;
 mod triangle;
 
 pub use clip::Clip;
@@ -20,21 +22,11 @@ use fissure_engine::Families;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use near::{build_tree, nearest, visit_ball};
+use crowd::{Crowd, runs};
+use near::{build_tree, nearest};
 
-/// Particles per block.
-const BLOCK: usize = 512;
-/// Squared radii differ by this factor between what the tree is asked for, δ², and what is taken without a check.
+/// Squared radii differ by this factor between what the tree is asked for and δ².
 const MARGIN: f64 = 1e-9;
-
-/// One block of rows, end to end.
-struct Block {
-    /// Row lengths.
-    lengths: Vec<u32>,
-    neighbours: Vec<u32>,
-    /// Particles with nobody within the horizon.
-    isolated: Vec<u32>,
-}
 
 /// Finds every particle's family within `horizon` [m] of `points` [m]; with a `clip`, points are the barycentres of
 /// its tetrahedra and bonds that cross a gap or a pre-cut are left out. Order the points along a curve first
@@ -52,72 +44,48 @@ pub fn families(points: &[DVec3], horizon: f64, clip: Option<&Clip>) -> Result<F
     }
     let tree = build_tree(points)?;
     let clip = clip.map(|c| c.prepare(&tree, points, horizon)).transpose()?;
-    let sure = horizon * horizon * (1.0 - MARGIN);
-    let rows = |block: usize, room: usize| -> Block {
-        let range = block * BLOCK..points.len().min((block + 1) * BLOCK);
-        let (mut lengths, mut neighbours) = (Vec::with_capacity(range.len()), Vec::with_capacity(room));
-        let mut isolated = Vec::new();
-        for i in range {
-            let start = neighbours.len();
-            let mut any = false;
-            visit_ball(&tree, points[i], horizon, |j, d2| {
-                // The tree may sum the squares in another order for the two ends of a bond; our sum is symmetric.
-                let near = d2 <= sure || points[j as usize].distance_squared(points[i]) <= horizon * horizon;
-                if near && j as usize != i {
-                    any = true;
-                    if clip.as_ref().is_none_or(|c| c.keeps(i, j as usize)) {
-                        neighbours.push(j);
-                    }
-                }
-            });
-            neighbours[start..].sort_unstable();
-            lengths.push((neighbours.len() - start) as u32);
-            if !any {
-                isolated.push(i as u32);
-            }
-        }
-        Block { lengths, neighbours, isolated }
-    };
-
-    let blocks = points.len().div_ceil(BLOCK);
-    let wave = 32.max(4 * rayon::current_num_threads());
-    let mut all = Families { offsets: Vec::with_capacity(points.len() + 1), ..Families::default() };
-    all.offsets.push(0);
-    let (mut isolated, mut room) = (Vec::new(), 0);
-    for first in (0..blocks).step_by(wave) {
-        let built: Vec<Block> = (first..blocks.min(first + wave)).into_par_iter().map(|b| rows(b, room)).collect();
-        let total = all.neighbours.len() + built.iter().map(|b| b.neighbours.len()).sum::<usize>();
-        if total > u32::MAX as usize {
-            return Err(FamilyError::TooMany(total));
-        }
-        if total > all.neighbours.capacity() {
-            // Room for all particles at the mean so far, and a little more: memory not yet written costs nothing.
-            let done = points.len().min((first + built.len()) * BLOCK);
-            let guess = (1.05 * total as f64 * points.len() as f64 / done as f64) as usize;
-            all.neighbours.reserve_exact(guess.max(total) - all.neighbours.len());
-        }
-        room = built.iter().map(|b| b.neighbours.len()).max().unwrap_or(0);
-        for block in built {
-            let mut end = all.neighbours.len() as u32;
-            all.offsets.extend(block.lengths.iter().map(|n| {
-                end += n;
-                end
-            }));
-            all.neighbours.extend_from_slice(&block.neighbours);
-            isolated.extend_from_slice(&block.isolated);
-        }
-    }
-    if let Some(&first) = isolated.first() {
-        let spacing = |&i: &u32| nearest(&tree, points, i as usize);
+    let runs = runs(points, horizon);
+    let mut counts = vec![0; points.len()];
+    rows::split(&mut counts, &runs, |i| i).into_par_iter().for_each_init(Crowd::default, |crowd, (run, counts)| {
+        crowd.gather(&tree, points, run.clone(), horizon, false);
+        counts.iter_mut().zip(run).for_each(|(count, i)| *count = crowd.count(points[i], horizon));
+    });
+    if let Some(first) = counts.iter().position(|&n| n == 0) {
+        let alone = (0..points.len()).into_par_iter().filter(|&i| counts[i] == 0);
         return Err(FamilyError::Isolated {
-            count: isolated.len(),
+            count: alone.clone().count(),
             particles: points.len(),
-            first: first as usize,
+            first,
             horizon,
-            spacing: isolated.par_iter().map(spacing).reduce(|| 0.0, f64::max),
+            spacing: alone.map(|i| nearest(&tree, points, i)).reduce(|| 0.0, f64::max),
         });
     }
-    all.neighbours.shrink_to_fit();
+    let total = counts.iter().map(|&n| n as usize).sum();
+    if total > u32::MAX as usize {
+        return Err(FamilyError::TooMany(total));
+    }
+    let mut offsets = Vec::with_capacity(points.len() + 1);
+    offsets.push(0);
+    offsets.extend(counts.iter().scan(0, |end, n| {
+        *end += n;
+        Some(*end)
+    }));
+    drop(counts);
+
+    let mut all = Families { offsets, neighbours: vec![0; total] };
+    let offsets = &all.offsets;
+    let parts = rows::split(&mut all.neighbours, &runs, |i| offsets[i] as usize);
+    parts.into_par_iter().for_each_init(Crowd::default, |crowd, (run, mut part)| {
+        crowd.gather(&tree, points, run.clone(), horizon, true);
+        for i in run {
+            let (row, rest) = part.split_at_mut((offsets[i + 1] - offsets[i]) as usize);
+            crowd.fill(i, points[i], horizon, row);
+            part = rest;
+        }
+    });
+    if let Some(clip) = clip {
+        rows::retain(&mut all, &runs, |i, j| clip.keeps(i, j));
+    }
     Ok(all)
 }
 

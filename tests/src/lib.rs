@@ -2,6 +2,7 @@
 
 pub mod bar;
 pub mod given;
+pub mod scene;
 
 use fissure_engine::{BodyInput, Families, Surroundings, Value, World};
 use glam::DVec3;

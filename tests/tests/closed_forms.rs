@@ -147,7 +147,9 @@ fn a_pulse_runs_along_a_bar_with_the_speed_of_its_modulus() {
     let limits = [(4, 0.17), (6, 0.115)];
     let error = errors("lps: wave", steel(), &limits, |n| wave_speed("lps", n));
     assert!(falling(&error), "{error:?}");
-    errors("isotropic: wave", steel(), &limits[..1], |n| wave_speed("isotropic", n));
+    // measured .047 and .038, with its surface treatment; .029 at 8
+    let error = errors("isotropic: wave", steel(), &[(4, 0.05), (6, 0.04)], |n| wave_speed("isotropic", n));
+    assert!(falling(&error), "{error:?}");
 }
 
 #[test]
@@ -168,7 +170,8 @@ fn a_bar_swings_in_torsion_with_the_frequency_of_its_shear_modulus() {
     // measured -.014 and .025: stiff surfaces, by cancellation with a coarse section. About .7/n - 4/n² all along
     let limits = [(4, 0.02), (8, 0.03)];
     errors("lps: torsion", square(), &limits, |n| torsion("lps", n));
-    errors("isotropic: torsion", square(), &limits[..1], |n| torsion("isotropic", n));
+    // measured .0009 and -.0011: nothing is left to fall
+    errors("isotropic: torsion", square(), &[(4, 0.005), (8, 0.005)], |n| torsion("isotropic", n));
 }
 
 #[test]
@@ -177,6 +180,8 @@ fn the_torsion_of_a_finer_bar() {
     // measured .0291 and .0283
     let error = errors("lps: torsion", square(), &[(12, 0.031), (16, 0.03)], |n| torsion("lps", n));
     assert!(falling(&error), "{error:?}");
+    // measured .0043
+    errors("isotropic: torsion", square(), &[(12, 0.006)], |n| torsion("isotropic", n));
 }
 
 #[test]
@@ -185,5 +190,7 @@ fn a_bar_lengthens_by_its_load_over_modulus_and_section() {
     let limits = [(4, 0.27), (8, 0.15), (12, 0.105)];
     let error = errors("lps: elongation", 1.0, &limits, |n| elongation("lps", n));
     assert!(falling(&error), "{error:?}");
-    errors("isotropic: elongation", 1.0, &limits[..1], |n| elongation("isotropic", n));
+    // measured -.091 and -.057, -.047 at 10
+    let error = errors("isotropic: elongation", 1.0, &[(4, 0.1), (8, 0.06)], |n| elongation("isotropic", n));
+    assert!(falling(&error), "{error:?}");
 }

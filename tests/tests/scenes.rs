@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use fissure_io::frames::Frame;
 use fissure_io::scene::Scene;
 use fissure_io::simulation::Simulation;
 use fissure_tests::MESHES;
+use fissure_tests::scene::assert_closed;
 use glam::DVec3;
 
 fn build(text: &str, overrides: &[&str]) -> Simulation {
@@ -129,22 +129,6 @@ fn a_shell_becomes_a_wall_of_its_thickness() {
     let (outer, inner) = (0.42 * 0.12 * 0.12, 0.38 * 0.08 * 0.08);
     println!("shell volume {:+.3} %", 100.0 * (volume / (outer - inner) - 1.0));
     assert!((volume / (outer - inner) - 1.0).abs() < 0.04, "{volume} {}", outer - inner); // measured -1.9 %
-}
-
-/// Every edge of a piece is shared by as many triangles one way as the other.
-fn assert_closed(frame: &Frame, what: &str) {
-    let key = |v: u32| frame.positions[v as usize].map(f32::to_bits);
-    let mut edges: Vec<([[u32; 3]; 2], i32)> = Vec::new();
-    for t in &frame.triangles {
-        for k in 0..3 {
-            let (a, b) = (key(t[k]), key(t[(k + 1) % 3]));
-            edges.push(if a < b { ([a, b], 1) } else { ([b, a], -1) });
-        }
-    }
-    edges.sort_unstable();
-    for same in edges.chunk_by(|a, b| a.0 == b.0) {
-        assert_eq!(same.iter().map(|e| e.1).sum::<i32>(), 0, "{what}: open at {:?}", same[0].0);
-    }
 }
 
 #[test]

@@ -9,6 +9,32 @@ pub const CUBE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 
     f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n";
 
 #[test]
+fn verify_reads_every_byte() {
+    let shop = Workshop::new();
+    shop.good(&["run", "box.toml", "--out", "r", "--set", "duration=0.01", "--quiet"]);
+    let answer = shop.good(&["verify", "r"]);
+    assert!(answer.out.contains("frozen.fis: step 0, ") && answer.out.contains(", all as written"), "{answer}");
+    assert!(answer.out.ends_with("2 frames read\n"), "{answer}");
+    shop.good(&["verify", "r/frozen.fis"]);
+
+    let path = shop.path("r/frozen.fis");
+    let mut bytes = std::fs::read(&path).unwrap();
+    bytes[5000] ^= 1;
+    std::fs::write(&path, bytes).unwrap();
+    let frame = shop.path("r/frames/frame_0001.ply");
+    let short = std::fs::read(&frame).unwrap();
+    std::fs::write(&frame, &short[..short.len() - 7]).unwrap();
+    let answer = shop.call(&["verify", "r"]);
+    assert!(
+        answer.code == Some(2) && answer.err == "error: r: 2 files damaged; what is wrong stands above\n",
+        "{answer}"
+    );
+    assert!(answer.out.contains("frozen.fis: `r/frozen.fis` is damaged: the checksum of column"), "{answer}");
+    assert!(answer.out.contains("frame_0001.ply: "), "{answer}");
+    assert!(shop.refusal(&["verify", "box.toml"]).contains("1 file damaged"), "no checkpoint");
+}
+
+#[test]
 fn info_of_every_kind_of_file() {
     let shop = Workshop::new();
     shop.good(&["run", "box.toml", "--out", "r", "--until", "0.021", "--quiet"]);
@@ -188,4 +214,23 @@ fn render_draws_frames() {
         let sentence = shop.refusal(arguments);
         assert!(sentence.contains(word), "{sentence}");
     }
+}
+
+#[test]
+fn bench_prints_the_machine_and_its_floor() {
+    let shop = Workshop::new();
+    let text = shop.good(&["bench", "--edge", "10"]).out;
+    for word in ["machine", "threads", "1000 particles", "read GB/s", "of the floor"] {
+        assert!(text.contains(word), "{word} in {text}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&shop.good(&["bench", "--edge", "10", "--json"]).out).unwrap();
+    assert_eq!(json["particles"], 1000);
+    for row in json["measured"].as_array().unwrap() {
+        let of = |key: &str| row[key].as_f64().unwrap();
+        let rate = json["directed_bonds"].as_f64().unwrap() / of("seconds_per_step");
+        assert!((of("directed_bonds_per_second") / rate - 1.0).abs() < 1e-9 && of("triad") > 0.0, "{row}");
+        assert!((of("share_of_floor") * of("read") / 16.0 / rate - 1.0).abs() < 1e-9, "{row}");
+    }
+    let sentence = shop.refusal(&["bench", "--edge", "3"]);
+    assert!(sentence.contains("--edge") && sentence.contains("8..=120"), "{sentence}");
 }

@@ -6,6 +6,8 @@
 //! | `resuming` | stopped, interrupted or killed, then resumed: the same bytes as never stopped |
 //! | `colliders` | rigid things: every kind runs and resumes; what is wrong with one |
 //! | `commands` | `info`, `mesh`, `materials`, `render` |
+//! | `diffing` | `diff`: what it says and its exit codes |
+//! | `failing` | the disk that fails, and programs that are killed: the last checkpoint stays |
 //! | `parameters` | bad values of laws and criteria: file, line, key, unit and range |
 //! | `refusing` | bad input: one sentence, exit code 2, nothing half-written |
 //! | `figures` | figures 9 to 13 of Chen et al. against references: table, plot, and going on with them |
@@ -13,6 +15,8 @@
 
 mod colliders;
 mod commands;
+mod diffing;
+mod failing;
 mod figures;
 mod meshes;
 mod parameters;

@@ -56,22 +56,68 @@ fn a_finished_run_says_so() {
 
 /// The way to let a finished run go on.
 #[test]
-fn an_edited_scene_is_told() {
+fn a_changed_scene_is_refused_unless_forced() {
     let shop = Workshop::new();
     let whole = whole(&shop, &[]);
     shop.good(&["run", "box.toml", "--out", "r", "--set", "duration=0.02", "--quiet"]);
     let kept = fs::read_to_string(shop.path("r/scene.toml")).unwrap();
     shop.put("r/scene.toml", format!("# longer\n{}", kept.replace("duration = 0.02", "duration = 0.06")));
-    let resumed = shop.good(&["resume", "r"]);
-    assert!(resumed.out.starts_with("scene.toml was edited"), "{resumed}");
+    let before = shop.bytes("r");
+    let sentence = shop.refusal(&["resume", "r"]);
+    assert!(sentence.contains("duration: 0.02 became 0.06; undo that") && sentence.contains("--force"), "{sentence}");
+    assert_same(&before, &shop.bytes("r"), "nothing is done");
+    let resumed = shop.good(&["resume", "r", "--force"]);
+    assert!(resumed.out.starts_with("the scene was changed after the checkpoint"), "{resumed}");
     let longer = shop.bytes("r");
     let frames = |m: &BTreeMap<String, Vec<u8>>| {
         m.iter().filter(|(k, _)| k.starts_with("frames/")).map(|(k, v)| (k.clone(), v.clone())).collect()
     };
     assert_same(&frames(&whole), &frames(&longer), "as if it had been longer from the start");
+    let newest = names(&shop.path("r")).into_iter().rfind(|n| n.starts_with("checkpoint_")).unwrap();
+    let told = shop.good(&["info", &format!("r/{newest}")]);
+    assert!(told.out.contains("scene changed at step ") && told.out.contains("duration: 0.02 became 0.06"), "{told}");
+    // what means the same is no change
     shop.put("r/scene.toml", format!("# a comment\n{}", fs::read_to_string(shop.path("r/scene.toml")).unwrap()));
     let again = shop.good(&["resume", "r"]);
-    assert!(again.out.contains("is finished") && !again.out.contains("edited"), "{again}");
+    assert!(again.out.contains("is finished") && !again.out.contains("changed"), "{again}");
+}
+
+/// By steps, by the clock, or by simulated time: the same bits.
+#[test]
+fn checkpoints_change_nothing() {
+    let shop = Workshop::new();
+    let whole = whole(&shop, &["--set", "duration=0.03"]);
+    for (run, key) in [("s", "output.checkpoint_steps=7"), ("m", "output.checkpoint_minutes=1e-9")] {
+        let scene = fs::read_to_string(shop.path("box.toml")).unwrap().replace("checkpoint_every = 0.008\n", "");
+        shop.put("other.toml", scene);
+        shop.good(&[
+            "run",
+            "other.toml",
+            "--out",
+            run,
+            "--set",
+            "duration=0.03",
+            "--set",
+            key,
+            "--until",
+            "0.02",
+            "--quiet",
+        ]);
+        let steps: Vec<u64> = names(&shop.path(run))
+            .iter()
+            .filter_map(|n| n.strip_prefix("checkpoint_")?.strip_suffix(".fis")?.parse().ok())
+            .collect();
+        assert_eq!(steps.len(), 5, "{steps:?}");
+        let apart = if run == "s" { 7 } else { 1 };
+        assert!(steps[..4].windows(2).all(|s| s[1] == s[0] + apart), "{steps:?}");
+        shop.good(&["resume", run, "--quiet"]);
+        let mut ours = shop.bytes(run);
+        let theirs = whole.iter().filter(|(k, _)| !k.ends_with(".fis")).map(|(k, v)| (k.clone(), v.clone())).collect();
+        ours.retain(|k, _| !k.ends_with(".fis")); // they hold the scene, which differs
+        assert_same(&theirs, &ours, key);
+        let answer = shop.call(&["diff", "whole", run]);
+        assert!(!answer.out.contains("first differing step"), "{answer}");
+    }
 }
 
 #[test]

@@ -140,11 +140,16 @@ impl Opened {
         let mut done = 0;
         while done < section.length {
             let piece = &mut bytemuck::cast_slice_mut::<u64, u8>(chunk)[..CHUNK.min(section.length - done)];
-            self.read_at(section.offset + done, piece).map_err(CheckpointError::io("read", &self.path))?;
+            self.piece(section, done, piece)?;
             see(piece);
             done += piece.len();
         }
         Ok(())
+    }
+
+    /// Reads a section's bytes from its byte `done` on, as many as `piece` has room for.
+    pub(crate) fn piece(&self, section: &Section, done: usize, piece: &mut [u8]) -> Result<(), CheckpointError> {
+        self.read_at(section.offset + done, piece).map_err(CheckpointError::io("read", &self.path))
     }
 
     #[cfg(unix)]
@@ -196,7 +201,7 @@ impl Opened {
         }
     }
 
-    fn bytes_of(&self, section: &Section) -> &[u8] {
+    pub(crate) fn bytes_of(&self, section: &Section) -> &[u8] {
         &self.map[section.offset..section.offset + section.length]
     }
 
@@ -240,7 +245,10 @@ impl Opened {
     }
 
     /// Refuses a frozen file that is not the one of this live file.
-    pub(crate) fn expect_frozen(&self, frozen: &Opened) -> Result<(), CheckpointError> {
+    ///
+    /// # Errors
+    /// Files of the wrong kind, or of two runs.
+    pub fn belongs_to(&self, frozen: &Opened) -> Result<(), CheckpointError> {
         self.expect_life(Life::Live)?;
         frozen.expect_life(Life::Frozen)?;
         if self.frozen == frozen.fingerprint {

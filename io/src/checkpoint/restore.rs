@@ -18,7 +18,7 @@ impl Opened {
     /// If the files do not belong together or are damaged, or if columns and target do not match one to one in name,
     /// type and unit. The target is unchanged then.
     pub fn restore(&self, target: &mut dyn Columns, frozen: &Opened) -> Result<(), CheckpointError> {
-        self.expect_frozen(frozen)?;
+        self.belongs_to(frozen)?;
         let mut check = Matching::new(self, frozen);
         visit(target, &mut |scope, column, buffer| check.section(scope, column, buffer).map(|_| ()))?;
         check.all_used()?;

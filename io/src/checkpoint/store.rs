@@ -102,11 +102,19 @@ impl Store {
     /// # Errors
     /// If the folder cannot be read.
     pub fn checkpoints(&self) -> Result<Vec<(u64, PathBuf)>, CheckpointError> {
+        Self::listing(&self.dir)
+    }
+
+    /// The same of a folder that is only looked at, which may be a run's that is going on.
+    ///
+    /// # Errors
+    /// If the folder cannot be read.
+    pub fn listing(dir: &Path) -> Result<Vec<(u64, PathBuf)>, CheckpointError> {
         let mut found = Vec::new();
-        for name in names(&self.dir)? {
+        for name in names(dir)? {
             let step = name.strip_prefix("checkpoint_").and_then(|rest| rest.strip_suffix(".fis"));
             if let Some(step) = step.filter(|s| s.bytes().all(|b| b.is_ascii_digit())).and_then(|s| s.parse().ok()) {
-                found.push((step, self.dir.join(name)));
+                found.push((step, dir.join(name)));
             }
         }
         found.sort();
@@ -152,7 +160,7 @@ impl Store {
         let frozen = accept(self.open_frozen()?)?;
         for (_, path) in checkpoints.iter().rev() {
             let live = Opened::open(path).and_then(|live| {
-                live.expect_frozen(&frozen)?;
+                live.belongs_to(&frozen)?;
                 accept(live)
             });
             match live {

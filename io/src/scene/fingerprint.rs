@@ -49,7 +49,9 @@ pub(super) fn of(scene: &Scene) -> u64 {
         hash.vector(*normal);
         hash.numbers(&[*height, *restitution, *friction]);
     }
-    let Output { frame_every, checkpoint_every, keep, picture } = output;
+    // when checkpoints are made changes nothing in the result, and is left out where a scene from before could not say it
+    let Output { frame_every, checkpoint_every, checkpoint_steps, checkpoint_minutes, keep, on_write_error, picture } =
+        output;
     hash.numbers(&[*frame_every, *checkpoint_every]);
     hash.whole(u64::from(*keep));
     hash.picture(picture);
@@ -76,6 +78,17 @@ pub(super) fn of(scene: &Scene) -> u64 {
         }
     }
     compares.iter().for_each(|compare| hash.compare(compare));
+    if let Some(steps) = checkpoint_steps {
+        hash.text("checkpoint_steps");
+        hash.whole(*steps);
+    }
+    if let Some(minutes) = checkpoint_minutes {
+        hash.text("checkpoint_minutes");
+        hash.number(*minutes);
+    }
+    if *on_write_error == OnFailure::GoOn {
+        hash.text("go_on");
+    }
     hash.0.digest()
 }
 

@@ -116,6 +116,7 @@ pub const RIVALS: &[(&str, &[&str])] = &[
     ("anchor.N", &["box", "ball", "all"]),
     ("collider.N", &["density", "mass"]),
     ("output", &["frames_per_second", "frame_every"]),
+    ("output", &["checkpoint_every", "checkpoint_steps"]),
     ("compare.N", &["field", "track", "displacement", "force", "torque"]),
 ];
 
@@ -655,7 +656,28 @@ const KEYS: &[Key] = &[
         Said("duration / 10"),
         "simulated time from checkpoint to checkpoint",
     ),
-    of("output.keep", Whole(0, 1_000_000), "", Toml("3"), "how many of the newest checkpoints stay; 0 for all"),
+    of(
+        "output.checkpoint_steps",
+        Whole(1, 1 << 53),
+        "",
+        Said("`checkpoint_every` decides"),
+        "steps from checkpoint to checkpoint",
+    ),
+    of(
+        "output.checkpoint_minutes",
+        Number(Range::POSITIVE),
+        "min",
+        Said("never"),
+        "time on the clock after which there is a checkpoint whatever else; changes nothing in the result",
+    ),
+    of("output.keep", Whole(0, 1_000_000), "", Toml("5"), "how many of the newest checkpoints stay; 0 for all"),
+    of(
+        "output.on_write_error",
+        Word(&["stop", "go_on"]),
+        "",
+        Toml("'stop'"),
+        "what a frame or checkpoint that cannot be written does to the run; the last checkpoint stays",
+    ),
     of("output.picture", Table, "", Said("all defaults"), "the picture of the last frame"),
     of("output.picture.width", Whole(16, 8192), "px", Toml("1280"), "width of the picture"),
     of("output.picture.height", Whole(16, 8192), "px", Toml("720"), "height of the picture"),

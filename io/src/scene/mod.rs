@@ -42,10 +42,11 @@ pub use error::{Place, SceneError};
 pub use keys::{COLLIDERS, FREE, Fallback, Key, KeyKind, REFERENCES, RIVALS, SHAPES, keys};
 pub use model::{
     Anchor, Body, Chosen, Collider, ColliderMotion, ColliderShape, Colouring, Compare, Contact, Cut, Given, Ground,
-    Horizon, Output, Picture, Placement, Quantity, Reference, Region, Resolution, Shape, Source, Stance, SurfaceMode,
-    Table, Weight,
+    Horizon, OnFailure, Output, Picture, Placement, Quantity, Reference, Region, Resolution, Shape, Source, Stance,
+    SurfaceMode, Table, Weight,
 };
 pub use parts::{Part, Where};
+pub(crate) use tree::flat_keys;
 
 /// A scene, read and checked. SI units throughout.
 #[derive(Clone, Debug)]

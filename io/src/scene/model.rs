@@ -436,10 +436,25 @@ pub struct Output {
     pub frame_every: f64,
     /// Simulated time from checkpoint to checkpoint [s].
     pub checkpoint_every: f64,
+    /// Steps from checkpoint to checkpoint, instead.
+    pub checkpoint_steps: Option<u64>,
+    /// Minutes on the clock after which there is a checkpoint whatever else.
+    pub checkpoint_minutes: Option<f64>,
     /// How many of the newest checkpoints stay; 0 for all.
     pub keep: u32,
+    /// What a file that cannot be written does to the run.
+    pub on_write_error: OnFailure,
     /// The picture of the last frame.
     pub picture: Picture,
+}
+
+/// What a frame or a checkpoint that cannot be written does to the run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OnFailure {
+    /// It ends, with an error.
+    Stop,
+    /// It goes on, with a warning; only the last checkpoint must be written.
+    GoOn,
 }
 
 /// The picture of the last frame.

@@ -354,11 +354,18 @@ fn output(top: &Reader<'_>, duration: f64) -> Result<Output, SceneError> {
         let message = "`frames_per_second` in [output] is too small; leave a longer `duration` or ask for more frames";
         return Err(r.fail("frames_per_second", message.into()));
     }
+    r.one_of(&["checkpoint_every", "checkpoint_steps"])?;
     let color = |name| Ok(p.get_if::<DVec3>(name)?.map(|c| c.to_array()));
     Ok(Output {
         frame_every,
         checkpoint_every: r.get_if("checkpoint_every")?.unwrap_or(duration / 10.0),
+        checkpoint_steps: r.get_if("checkpoint_steps")?,
+        checkpoint_minutes: r.get_if("checkpoint_minutes")?,
         keep: whole(&r, "keep")?,
+        on_write_error: match r.get::<String>("on_write_error")?.as_str() {
+            "go_on" => OnFailure::GoOn,
+            _ => OnFailure::Stop,
+        },
         picture: Picture {
             width: whole(&p, "width")?,
             height: whole(&p, "height")?,

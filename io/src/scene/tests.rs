@@ -98,6 +98,8 @@ friction = 0.3
 [output]
 frame_every = 0.1
 checkpoint_every = 0.5
+checkpoint_minutes = 15
+on_write_error = "go_on"
 keep = 0
 
 [output.picture]
@@ -142,7 +144,7 @@ fn a_minimal_scene_has_the_documented_defaults() {
     assert_eq!(b.placement.place(DVec3::new(1.0, 2.0, 3.0)), DVec3::new(1.0, 2.0, 3.0));
     assert_eq!((b.criterion.name.as_str(), b.criterion.given.len(), b.cuts.len()), ("none", 0, 0));
     assert_eq!(s.output.frame_every, 1.0 / 60.0);
-    assert_eq!((s.output.checkpoint_every, s.output.keep), (0.05, 3));
+    assert_eq!((s.output.checkpoint_every, s.output.keep), (0.05, 5));
     let picture = Picture {
         width: 1280,
         height: 720,
@@ -206,7 +208,16 @@ fn a_full_scene_is_read_to_the_last_key() {
         outside: Some([1.0; 3]),
         inside: Some([0.5, 0.0, 0.0]),
     };
-    assert_eq!(s.output, Output { frame_every: 0.1, checkpoint_every: 0.5, keep: 0, picture });
+    let output = Output {
+        frame_every: 0.1,
+        checkpoint_every: 0.5,
+        checkpoint_steps: None,
+        checkpoint_minutes: Some(15.0),
+        keep: 0,
+        on_write_error: OnFailure::GoOn,
+        picture,
+    };
+    assert_eq!(s.output, output);
 }
 
 #[test]
@@ -364,7 +375,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
         assert_ne!(scene.fingerprint(), before, "{} has no effect", key.path);
         count += 1;
     }
-    assert_eq!(count, 118, "keys that take a value");
+    assert_eq!(count, 121, "keys that take a value");
 }
 
 #[test]

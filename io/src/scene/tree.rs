@@ -143,6 +143,31 @@ pub(super) fn parse(text: &str, file: &Arc<str>) -> Result<Item, SceneError> {
     Ok(Item { node: Node::Table(table(document.as_table(), &top, &lines)), place: top })
 }
 
+/// Every value of a TOML text that is no table, with its key as in `--set`: `body.vase.tets`, `anchor.1.box`. Lists of
+/// plain values stay whole, and whole numbers are written as the same number is with a point.
+pub fn flat_keys(text: &str, file: &Arc<str>) -> Result<Vec<(String, String)>, SceneError> {
+    fn plain(item: &Item) -> String {
+        match &item.node {
+            Node::List(list) => format!("[{}]", list.iter().map(plain).collect::<Vec<_>>().join(", ")),
+            Node::Whole(n) if (*n as f64) as i64 == *n => format!("{}", *n as f64),
+            _ => item.to_string(),
+        }
+    }
+    fn walk(item: &Item, path: &str, out: &mut Vec<(String, String)>) {
+        let under = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
+        match &item.node {
+            Node::Table(table) => table.0.iter().for_each(|(name, item)| walk(item, &under(name), out)),
+            Node::List(list) if list.iter().any(|item| item.as_table().is_some()) => {
+                list.iter().enumerate().for_each(|(k, item)| walk(item, &under(&(k + 1).to_string()), out));
+            }
+            _ => out.push((path.to_owned(), plain(item))),
+        }
+    }
+    let mut out = Vec::new();
+    walk(&parse(text, file)?, "", &mut out);
+    Ok(out)
+}
+
 /// Reads a single TOML value, for defaults: everything in it stands at `place`.
 pub(super) fn value_at(text: &str, place: &Place) -> Option<Item> {
     let lines = Lines { file: "".into(), ends: Vec::new() };

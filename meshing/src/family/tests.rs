@@ -115,3 +115,23 @@ fn big_cloud() {
         assert_eq!(found.neighbours.capacity(), found.neighbours.len());
     }
 }
+
+/// The same for tetrahedra, with and without their clip.
+#[test]
+#[ignore = "takes seconds and is worth reading only in a release build"]
+fn big_mesh() {
+    let mesh = crate::shapes::tet_box(DVec3::ONE, [37; 3], 0.3, 1).unwrap();
+    let centre = |t: usize| mesh.barycentre(t);
+    let order = crate::order::morton_order(&(0..mesh.tets.len()).map(centre).collect::<Vec<_>>());
+    let mesh = crate::TetMesh { tets: order.iter().map(|&t| mesh.tets[t as usize]).collect(), ..mesh };
+    let points: Vec<DVec3> = (0..mesh.tets.len()).map(|t| mesh.barycentre(t)).collect();
+    let clip = Clip::new(&mesh, None).unwrap();
+    for clip in [None, Some(&clip)] {
+        let start = std::time::Instant::now();
+        let found = families(&points, 1.45 * mesh.mean_edge(), clip).unwrap();
+        let mean = found.neighbours.len() as f64 / points.len() as f64;
+        println!("{mean:.0} neighbours, clipped {}: {:.2} s", clip.is_some(), start.elapsed().as_secs_f64());
+        assert!((100.0..200.0).contains(&mean));
+        assert_symmetric(&found);
+    }
+}

@@ -1,0 +1,66 @@
+//! `fissure verify`: every byte of checkpoints and frames against what they say of themselves.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use fissure_io::checkpoint::{CheckpointError, Opened, Store};
+use fissure_io::frames;
+
+use crate::say::{counted, say};
+use crate::{Error, RunFolder};
+
+pub(crate) fn command(path: &Path) -> Result<ExitCode, Error> {
+    let mut wrong = 0;
+    if path.is_dir() {
+        let folder = RunFolder::open(path)?;
+        let frozen = Opened::open(path.join("frozen.fis")).and_then(|f| f.verify().map(|()| f));
+        tell(&path.join("frozen.fis"), frozen.as_ref().map(columns), &mut wrong);
+        for (_, file) in Store::listing(path)? {
+            let checked = whole(&file).and_then(|live| match &frozen {
+                Ok(frozen) => live.belongs_to(frozen).map(|()| live),
+                Err(_) => Ok(live),
+            });
+            tell(&file, checked.as_ref().map(columns), &mut wrong);
+        }
+        let list = folder.frames();
+        let numbers = list.numbers()?;
+        for path in numbers.iter().map(|&n| list.path(n)) {
+            if let Err(error) = frames::read(&path).and_then(|frame| frame.check()) {
+                tell(&path, Err(&error), &mut wrong);
+            }
+        }
+        say!("{} read", counted(numbers.len(), "frame"));
+    } else {
+        tell(path, whole(path).as_ref().map(columns), &mut wrong);
+    }
+    if wrong > 0 {
+        return Err(Error::Usage(format!(
+            "{}: {} damaged; what is wrong stands above",
+            path.display(),
+            counted(wrong, "file")
+        )));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn whole(path: &Path) -> Result<Opened, CheckpointError> {
+    let file = Opened::open(path)?;
+    file.verify()?;
+    Ok(file)
+}
+
+fn columns(file: &Opened) -> String {
+    let step = file.about().step;
+    format!("step {step}, {}, {} bytes, all as written", counted(file.sections().len(), "column"), file.file_length())
+}
+
+fn tell<E: std::fmt::Display>(path: &Path, checked: Result<String, &E>, wrong: &mut usize) {
+    let name: PathBuf = path.file_name().map_or_else(|| path.into(), PathBuf::from);
+    match checked {
+        Ok(sentence) => say!("{}: {sentence}", name.display()),
+        Err(error) => {
+            say!("{}: {error}", name.display());
+            *wrong += 1;
+        }
+    }
+}
