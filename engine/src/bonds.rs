@@ -52,7 +52,7 @@ pub struct Bonds {
     pub offsets: Buffer<u32>,
     /// Neighbour in each slot, counted from the body's first particle.
     pub neighbours: Buffer<u32>,
-    /// Influence ω [1] of each slot.
+    /// Influence ω [1] of each slot; in a body that is built, times the volume V_j [m³] of the neighbour.
     pub weight: Buffer<f32>,
     /// One bit per slot of a chunk: set while the bond holds.
     pub intact: Buffer<u8>,
@@ -189,7 +189,7 @@ impl Bonds {
     pub fn visit(&mut self, scope: &str, v: &mut Visitor<'_>) {
         v(scope, &Column::frozen("offsets", "1", Of::Row), &mut self.offsets);
         v(scope, &Column::frozen("neighbours", "1", Of::Bond), &mut self.neighbours);
-        v(scope, &Column::frozen("weight", "1", Of::Bond), &mut self.weight);
+        v(scope, &Column::frozen("weight", "m^3", Of::Bond), &mut self.weight);
         v(scope, &Column::live("intact", "1", Of::Chunk), &mut self.intact);
         v(scope, &Column::frozen("family", "1", Of::Particle), &mut self.family);
     }

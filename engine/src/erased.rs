@@ -16,10 +16,11 @@ pub const MOST_MEMORY: usize = 4;
 
 /// What a law answers in one lane; the memory has as many numbers as the law remembers.
 #[allow(missing_docs)] // as in `BondLaw`
-pub trait LawIn<L>: Send + Sync {
+pub trait LawIn<L: Lane>: Send + Sync {
     fn dilatation(&self, b: &Bond<L>) -> L;
     fn force(&self, b: &Bond<L>, memory: &[L]) -> L;
     fn flow(&self, b: &Bond<L>, memory: &mut [L], dt: f64);
+    fn flows(&self, b: &Bond<L>, memory: &[L]) -> L::Mask;
     fn elastic_extension(&self, b: &Bond<L>, memory: &[L]) -> L;
     fn gauge(&self, b: &Bond<L>) -> L;
     fn bond_energy(&self, b: &Bond<L>, memory: &[L]) -> L;
@@ -32,6 +33,7 @@ pub trait DynLaw: LawIn<f32> + LawIn<f64> + LawIn<wide::f32x8> {
     fn counts_as_a_family(&self) -> bool;
     fn compensates_surface(&self) -> bool;
     fn needs_cos(&self) -> bool;
+    fn needs_influence(&self) -> bool;
     fn has_energy(&self) -> bool;
     fn influence(&self, middle: DVec3, xi: DVec3, horizon: f64) -> f64;
     fn theta_energy(&self, theta: f64) -> f64;
@@ -61,6 +63,9 @@ impl<L: Lane, T: BondLaw<M>, const M: usize> LawIn<L> for Kept<T, M> {
         let new = self.0.flow(b, first(memory), dt);
         memory[..M].copy_from_slice(&new);
     }
+    fn flows(&self, b: &Bond<L>, memory: &[L]) -> L::Mask {
+        self.0.flows(b, first(memory))
+    }
     fn elastic_extension(&self, b: &Bond<L>, memory: &[L]) -> L {
         self.0.elastic_extension(b, first(memory))
     }
@@ -88,6 +93,9 @@ impl<T: BondLaw<M>, const M: usize> DynLaw for Kept<T, M> {
     }
     fn needs_cos(&self) -> bool {
         self.0.needs_cos()
+    }
+    fn needs_influence(&self) -> bool {
+        self.0.needs_influence()
     }
     fn has_energy(&self) -> bool {
         self.0.has_energy()
@@ -151,6 +159,9 @@ impl<const M: usize> BondLaw<M> for AnyLaw<M> {
     fn needs_cos(&self) -> bool {
         self.0.needs_cos()
     }
+    fn needs_influence(&self) -> bool {
+        self.0.needs_influence()
+    }
     fn has_energy(&self) -> bool {
         self.0.has_energy()
     }
@@ -169,6 +180,9 @@ impl<const M: usize> BondLaw<M> for AnyLaw<M> {
     fn flow<L: Lane>(&self, b: &Bond<L>, mut memory: [L; M], dt: f64) -> [L; M] {
         L::law(&*self.0).flow(b, &mut memory, dt);
         memory
+    }
+    fn flows<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L::Mask {
+        L::law(&*self.0).flows(b, &memory)
     }
     fn elastic_extension<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
         L::law(&*self.0).elastic_extension(b, &memory)

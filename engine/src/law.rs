@@ -19,15 +19,26 @@ pub struct Bond<L> {
     pub ext: L,
     /// Λ = ŷ·ξ̂, the cosine between deformed and rest bond; 1 unless the law says [`BondLaw::needs_cos`].
     pub cos: L,
-    /// Influence ω [1] (Eq. 5); times a factor near surfaces for a law with [`BondLaw::compensates_surface`].
+    /// Influence ω (Eq. 5) times the volume V_j [m³] of the neighbour; times a factor near surfaces for a law with
+    /// [`BondLaw::compensates_surface`]. What the law returns per V_j is proportional to it, and nothing else depends on it.
     pub weight: L,
+    /// Influence ω [1] by itself, the same from both ends; not a number unless the law says [`BondLaw::needs_influence`].
+    pub influence: L,
     /// Dilatation θ_i [1] of the particle whose side this is (Eq. 6); 0 while θ itself is being summed.
     pub theta: L,
     /// One over the weighted volume m_i = Σ ω |ξ|² V [m⁵].
     pub inv_m: L,
-    /// √(Σ_j norm_share · V_j) of the particle whose side this is, for a law with [`BondLaw::NEEDS_NORM`]; 0 for all others
+    /// √(Σ_j norm_share) of the particle whose side this is, for a law with [`BondLaw::NEEDS_NORM`]; 0 for all others
     /// and while it is itself being summed.
     pub norm: L,
+}
+
+impl Bond<f64> {
+    /// A bond of rest length `rest` [m] that nothing has moved, with influence ω and 1/m [1/m⁵]. Its weight is ω alone, so
+    /// that the law answers per volume.
+    pub fn at_rest(rest: f64, influence: f64, inv_m: f64) -> Self {
+        Self { rest, ext: 0.0, cos: 1.0, weight: influence, influence, theta: 0.0, inv_m, norm: 0.0 }
+    }
 }
 
 /// What a law knows about its body when it is built.
@@ -41,7 +52,9 @@ pub struct Surroundings {
 
 /// A constitutive law: the physics of one bond with `M` remembered numbers.
 ///
-/// Units: `force` returns T, a force density per volume of the neighbour [N/m⁶]. Chen et al. write T = A/2 (Eq. 3).
+/// Units: `force` returns T V_j [N/m³], the force density that the neighbour causes. Chen et al. write T = A/2 (Eq. 3). V_j is
+/// in [`Bond::weight`], which T is proportional to, and so are `dilatation`, `norm_share` and `bond_energy`: a pass then
+/// gathers no volumes. (A law that is given ω for the weight returns T itself.)
 pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     /// The word used in scene files.
     const NAME: &'static str;
@@ -74,6 +87,12 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
         false
     }
 
+    /// Whether the law reads [`Bond::influence`], as one does whose yield or whose [`gauge`](Self::gauge) depends on ω. It costs
+    /// 4 bytes per directed bond. An ω that depends on |ξ| alone is better computed from [`Bond::rest`].
+    fn needs_influence(&self) -> bool {
+        false
+    }
+
     /// Whether [`bond_energy`](Self::bond_energy) and [`theta_energy`](Self::theta_energy) are meaningful, that is
     /// whether the force is minus the gradient of their sum.
     fn has_energy(&self) -> bool {
@@ -98,15 +117,15 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
         false
     }
 
-    /// This bond's share of the dilatation: θ_i = Σ_j dilatation · V_j, so its unit is 1/m³. Default 3/m · ω|ξ|e, that of
-    /// the linear peridynamic solid.
+    /// This bond's share of the dilatation: θ_i = Σ_j dilatation [1]. Default 3/m · ω|ξ|e V_j, that of the linear peridynamic
+    /// solid.
     #[inline(always)]
     fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
-        L::of(3.0) * b.inv_m * b.weight * b.rest * b.ext
+        L::of(3.0) * b.inv_m * (b.weight * b.rest * b.ext)
     }
 
-    /// This bond's share of the squared norm of its family: norm_i = √(Σ_j norm_share · V_j). Of the memory before the flow,
-    /// and of θ; the unit is the law's own, best such that the norm is a pure number.
+    /// This bond's share of the squared norm of its family: norm_i = √(Σ_j norm_share). Of the memory before the flow, and
+    /// of θ; the unit is the law's own, best such that the norm is a pure number.
     fn norm_share<L: Lane>(&self, _b: &Bond<L>, _memory: [L; M]) -> L {
         L::of(0.0)
     }
@@ -116,7 +135,7 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
         0.0
     }
 
-    /// T_ij [N/m⁶], positive in tension. `memory` is that before the flow of this step: a plastic law returns the force
+    /// T_ij V_j [N/m³], positive in tension. `memory` is that before the flow of this step: a plastic law returns the force
     /// on its yield surface and leaves remembering to [`flow`](Self::flow). Must not depend on anything else: evaluating
     /// twice gives the same bits.
     fn force<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L;
@@ -125,6 +144,13 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     /// Default: unchanged.
     fn flow<L: Lane>(&self, _b: &Bond<L>, memory: [L; M], _dt: f64) -> [L; M] {
         memory
+    }
+
+    /// Bonds whose memory [`flow`](Self::flow) may change, asked beside every `force`: a row without one is not visited for the
+    /// flow. Default: all.
+    #[inline(always)]
+    fn flows<L: Lane>(&self, _b: &Bond<L>, _memory: [L; M]) -> L::Mask {
+        L::of(1.0).above(L::of(0.0))
     }
 
     /// The extension that counts towards fracture [m] (e − e^p of Eq. 18); default all of it.
@@ -138,7 +164,7 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
         b.rest
     }
 
-    /// The energy this directed bond stores, per V_i·V_j [J/m⁶].
+    /// The energy this directed bond stores, per V_i [J/m³]: w V_j.
     fn bond_energy<L: Lane>(&self, _b: &Bond<L>, _memory: [L; M]) -> L {
         L::of(0.0)
     }

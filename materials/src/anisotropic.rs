@@ -48,7 +48,7 @@ const fn and_own<const N: usize>(base: &[Parameter]) -> [Parameter; N] {
     table
 }
 
-/// A law that can be made anisotropic, and what it is called then.
+/// A law that can stand an influence that depends on direction, and what it is called then.
 pub trait Base<const M: usize>: BondLaw<M> {
     /// The word used in scene files.
     const NAME: &'static str;
@@ -56,11 +56,6 @@ pub trait Base<const M: usize>: BondLaw<M> {
     const SUMMARY: &'static str;
     /// The parameters of the law, and [`OWN`].
     const PARAMETERS: &'static [Parameter];
-
-    /// The law under an influence that depends on the direction of the bond.
-    fn directional(self) -> Self {
-        self
-    }
 }
 
 impl Base<0> for Isotropic {
@@ -70,15 +65,11 @@ impl Base<0> for Isotropic {
         &and_own::<{ <Self as BondLaw<0>>::PARAMETERS.len() + OWN.len() }>(<Self as BondLaw<0>>::PARAMETERS);
 }
 
-impl Base<1> for Plastic {
+impl Base<1> for Plastic<true> {
     const NAME: &'static str = "anisotropic_plastic";
     const SUMMARY: &'static str = "elastoplastic solid that is stiffer in some directions (Chen et al., Sec. 4.3)";
     const PARAMETERS: &'static [Parameter] =
         &and_own::<{ <Self as BondLaw<1>>::PARAMETERS.len() + OWN.len() }>(<Self as BondLaw<1>>::PARAMETERS);
-
-    fn directional(self) -> Self {
-        Plastic::directional(self)
-    }
 }
 
 /// Law `T` with direction-dependent influence.
@@ -138,11 +129,15 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
             "spherical" => Field::Spherical(axis, centre),
             _ => Field::Uniform,
         };
-        Ok(Self { base: T::from_params(p, at)?.directional(), g, field })
+        Ok(Self { base: T::from_params(p, at)?, g, field })
     }
 
     fn needs_cos(&self) -> bool {
         self.base.needs_cos()
+    }
+
+    fn needs_influence(&self) -> bool {
+        true
     }
 
     fn has_energy(&self) -> bool {
@@ -182,14 +177,19 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
     }
 
     #[inline(always)]
+    fn flows<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L::Mask {
+        self.base.flows(b, memory)
+    }
+
+    #[inline(always)]
     fn elastic_extension<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
         self.base.elastic_extension(b, memory)
     }
 
-    /// ω|ξ| with the ω of Eq. 17, which [`Bond::weight`] is here: no surface correction goes into it.
+    /// ω|ξ| with the ω of Eq. 17.
     #[inline(always)]
     fn gauge<L: Lane>(&self, b: &Bond<L>) -> L {
-        b.weight * b.rest
+        b.influence * b.rest
     }
 
     #[inline(always)]

@@ -33,6 +33,12 @@ impl Isotropic {
         let b = 15.0 * mu / (2.0 * PI * delta.powi(5)); // Eq. 10
         Self { kappa, mu, as_written: false, delta, a, b }
     }
+
+    /// Whether Eqs. 3–10 are taken literally.
+    #[inline(always)]
+    pub(crate) fn as_written(&self) -> bool {
+        self.as_written
+    }
 }
 
 impl BondLaw<0> for Isotropic {
@@ -75,7 +81,7 @@ impl BondLaw<0> for Isotropic {
             // ω s Λ |ξ| = ω e Λ (Eq. 6)
             return L::of(9.0 / (4.0 * PI * self.delta.powi(4))) * b.weight * b.ext * b.cos;
         }
-        L::of(3.0) * b.inv_m * b.weight * b.rest * b.ext
+        L::of(3.0) * b.inv_m * (b.weight * b.rest * b.ext)
     }
 
     #[inline(always)]
@@ -86,8 +92,8 @@ impl BondLaw<0> for Isotropic {
             return L::of(0.5) * b.weight * (dilatation + L::of(4.0 * self.b) * deviator); // Eqs. 3, 8
         }
         // 3κθ/m · ω|ξ| + 15μ/m · ω(e − θ|ξ|/3)
-        let third = b.theta * b.rest;
-        b.inv_m * b.weight * (L::of(3.0 * self.kappa - 5.0 * self.mu) * third + L::of(15.0 * self.mu) * b.ext)
+        let bulk = L::of(3.0 * self.kappa - 5.0 * self.mu) * b.theta;
+        b.inv_m * b.weight * (bulk * b.rest + L::of(15.0 * self.mu) * b.ext)
     }
 
     /// ω|ξ| = δ (Eqs. 5, 18, 19).

@@ -29,7 +29,7 @@ pub fn registry() -> Registry {
         .bonds::<Isotropic, _>()
         .bonds::<Plastic, _>()
         .bonds::<Anisotropic<Isotropic>, _>()
-        .bonds::<Anisotropic<Plastic>, _>()
+        .bonds::<Anisotropic<Plastic<true>>, _>()
         .bonds::<Viscoelastic, _>()
         .bonds::<Lps, _>()
         .bonds::<Mitchell, _>()

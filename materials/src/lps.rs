@@ -52,8 +52,8 @@ impl BondLaw<0> for Lps {
 
     #[inline(always)]
     fn force<L: Lane>(&self, b: &Bond<L>, _: [L; 0]) -> L {
-        let bulk = L::of(3.0 * self.kappa - 5.0 * self.mu) * b.theta * b.rest;
-        b.inv_m * b.weight * (bulk + L::of(15.0 * self.mu) * b.ext)
+        let bulk = L::of(3.0 * self.kappa - 5.0 * self.mu) * b.theta;
+        b.inv_m * b.weight * (bulk * b.rest + L::of(15.0 * self.mu) * b.ext)
     }
 
     /// The deviatoric energy multiplied out, less 5μ/3 of κ in the dilatation; see [`Isotropic`](crate::Isotropic).

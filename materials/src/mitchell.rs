@@ -68,10 +68,10 @@ impl BondLaw<1> for Mitchell {
 
     #[inline(always)]
     fn dilatation<L: Lane>(&self, b: &Bond<L>) -> L {
-        L::of(3.0) * b.inv_m * b.weight * b.rest * b.ext
+        L::of(3.0) * b.inv_m * (b.weight * b.rest * b.ext)
     }
 
-    /// (t/√(2ψ0))²; its sum times V is 1 at yield.
+    /// (t/√(2ψ0))² V; its sum is 1 at yield.
     #[inline(always)]
     fn norm_share<L: Lane>(&self, b: &Bond<L>, memory: [L; 1]) -> L {
         let elastic = L::of(self.reach) * self.elastic_deviator(b, memory);
@@ -89,13 +89,18 @@ impl BondLaw<1> for Mitchell {
     /// As [`Lps`](crate::Lps), of the extension less e^p after the return.
     #[inline(always)]
     fn force<L: Lane>(&self, b: &Bond<L>, memory: [L; 1]) -> L {
-        let bulk = L::of(3.0 * self.kappa - 5.0 * self.mu) * b.theta * b.rest;
-        b.inv_m * b.weight * (bulk + L::of(15.0 * self.mu) * self.elastic_extension(b, memory))
+        let bulk = L::of(3.0 * self.kappa - 5.0 * self.mu) * b.theta;
+        b.inv_m * b.weight * (bulk * b.rest + L::of(15.0 * self.mu) * self.elastic_extension(b, memory))
     }
 
     #[inline(always)]
     fn flow<L: Lane>(&self, b: &Bond<L>, memory: [L; 1], _: f64) -> [L; 1] {
         [self.flowed(b, memory)]
+    }
+
+    #[inline(always)]
+    fn flows<L: Lane>(&self, b: &Bond<L>, _: [L; 1]) -> L::Mask {
+        b.norm.above(L::of(1.0))
     }
 
     /// e − e^p, after the return.

@@ -12,12 +12,9 @@ use fissure_engine::{Bond, BondLaw, Column, Kind, Lane, Of, ParamError, Paramete
 
 use crate::{Isotropic, moduli, yielding};
 
-/// Elastoplastic solid.
-pub struct Plastic {
+/// Elastoplastic solid; `DIRECTIONAL` if ω depends on direction too, and the yield stretch with it.
+pub struct Plastic<const DIRECTIONAL: bool = false> {
     elastic: Isotropic,
-    as_written: bool,
-    /// Whether ω depends on direction too, and the yield stretch with it.
-    directional: bool,
     delta: f64,
     /// s_y, the elastic deviatoric stretch at yield [1].
     yield_stretch: f64,
@@ -25,7 +22,7 @@ pub struct Plastic {
     cap: f64,
 }
 
-impl BondLaw<1> for Plastic {
+impl<const DIRECTIONAL: bool> BondLaw<1> for Plastic<DIRECTIONAL> {
     const NAME: &'static str = "plastic";
     const SUMMARY: &'static str = "elastic and perfectly plastic solid (Chen et al., Sec. 4.2)";
     const PARAMETERS: &'static [Parameter] = &[
@@ -47,15 +44,19 @@ impl BondLaw<1> for Plastic {
     const MEMORY: [Column; 1] = [Column::live("plastic_extension", "m", Of::Bond)];
 
     fn from_params(p: &Params, at: &Surroundings) -> Result<Self, ParamError> {
-        let (elastic, as_written) = (Isotropic::from_params(p, at)?, p.word("formulation") == "as_written");
+        let elastic = Isotropic::from_params(p, at)?;
         let (_, mu) = moduli::bulk_and_shear(p)?;
-        let yield_stretch = yielding::stretch(p, mu, at.horizon, as_written)?;
+        let yield_stretch = yielding::stretch(p, mu, at.horizon, elastic.as_written())?;
         let cap = p.optional(yielding::CAP.name).unwrap_or(f64::INFINITY);
-        Ok(Self { elastic, as_written, directional: false, delta: at.horizon, yield_stretch, cap })
+        Ok(Self { elastic, delta: at.horizon, yield_stretch, cap })
     }
 
     fn needs_cos(&self) -> bool {
         self.elastic.needs_cos()
+    }
+
+    fn needs_influence(&self) -> bool {
+        self.elastic.as_written() || DIRECTIONAL
     }
 
     fn compensates_surface(&self) -> bool {
@@ -82,10 +83,16 @@ impl BondLaw<1> for Plastic {
         [self.flowed(b, memory)]
     }
 
+    #[inline(always)]
+    fn flows<L: Lane>(&self, b: &Bond<L>, memory: [L; 1]) -> L::Mask {
+        let flowed = self.flowed(b, memory);
+        flowed.above(memory[0]) | flowed.below(memory[0])
+    }
+
     /// e − e^p (Eq. 18). By default e^p after the flow, so that it is the same before and after remembering.
     #[inline(always)]
     fn elastic_extension<L: Lane>(&self, b: &Bond<L>, memory: [L; 1]) -> L {
-        b.ext - if self.as_written { memory[0] } else { self.flowed(b, memory) }
+        b.ext - if self.elastic.as_written() { memory[0] } else { self.flowed(b, memory) }
     }
 
     #[inline(always)]
@@ -104,30 +111,25 @@ impl BondLaw<1> for Plastic {
     }
 }
 
-impl Plastic {
-    /// The same solid under an influence that depends on the direction of the bond.
-    pub(crate) fn directional(self) -> Self {
-        Self { directional: true, ..self }
-    }
-
+impl<const DIRECTIONAL: bool> Plastic<DIRECTIONAL> {
     /// e^p after the return (Eqs. 13–16).
     #[inline(always)]
     fn flowed<L: Lane>(&self, b: &Bond<L>, [plastic]: [L; 1]) -> L {
-        let dilatation = if self.as_written {
+        let dilatation = if self.elastic.as_written() {
             L::of(self.delta / 4.0) * b.cos * b.theta // Eq. 9
         } else {
             L::of(1.0 / 3.0) * b.theta * b.rest
         };
         let elastic = b.ext - dilatation - plastic;
         // s_y δ/ω; for ω = δ/|ξ| without a division, and without the surface factor in `weight`
-        let limit = if self.directional {
-            L::of(self.yield_stretch * self.delta) / b.weight
+        let limit = if DIRECTIONAL {
+            L::of(self.yield_stretch * self.delta) / b.influence
         } else {
             L::of(self.yield_stretch) * b.rest
         };
         let excess = elastic - elastic.clamp(-limit, limit);
         // (A − A_c)/(4ωb), or /(2b) as Eq. 15 is printed
-        let step = if self.as_written { L::of(2.0) * b.weight * excess } else { excess };
+        let step = if self.elastic.as_written() { L::of(2.0) * b.influence * excess } else { excess };
         let cap = L::of(self.cap) * b.rest;
         (plastic + step).clamp(-cap, cap)
     }

@@ -132,10 +132,10 @@ fn a_multiple_of_the_identity_is_isotropic_by_default_and_softer_as_written() {
 fn around_plasticity_it_yields_at_the_same_force() {
     let isotropic = law::<Plastic, 1>(&[("yield_stretch", Value::Number(2e-3))]).unwrap();
     let solid =
-        law::<Anisotropic<Plastic>, 1>(&[("yield_stretch", Value::Number(2e-3)), matrix(&[1.0, 1.0, 2.0])]).unwrap();
+        law::<Anisotropic<Plastic<true>>, 1>(&[("yield_stretch", Value::Number(2e-3)), matrix(&[1.0, 1.0, 2.0])])
+            .unwrap();
     for xi in [DVec3::X * 0.4, DVec3::Z * 0.4, DVec3::new(0.1, 0.2, -0.3)] {
-        let bond =
-            |weight: f64| Bond { rest: xi.length(), ext: 0.05, cos: 1.0, weight, theta: 0.0, inv_m: 1.0, norm: 0.0 };
+        let bond = |influence: f64| Bond { ext: 0.05, ..Bond::at_rest(xi.length(), influence, 1.0) };
         let g = DMat3::from_diagonal(DVec3::new(1.0, 1.0, 2.0));
         let weight = solid.influence(xi, 1.0);
         assert!((weight - 1.0 / (g * xi).length()).abs() < 1e-15); // Eq. 17

@@ -63,7 +63,7 @@ fn cube_by_hand() -> ([DVec3; 8], f64) {
         let bond = |i: usize, j: usize| {
             let length = rest[j].distance(rest[i]);
             let ext = y[j].distance(y[i]) - length;
-            Bond { rest: length, ext, cos: 1.0, weight: 1.0, theta: 0.0, inv_m, norm: 0.0 }
+            Bond { ext, ..Bond::at_rest(length, 1.0, inv_m) }
         };
         let sum = |i: usize, share: &dyn Fn(usize) -> f64| others(i).map(|j| share(j) * cube::VOLUME).sum::<f64>();
         let theta: [f64; 8] = std::array::from_fn(|i| sum(i, &|j| law.dilatation(&bond(i, j))));

@@ -140,7 +140,7 @@ fn energy_of_a_bond_based_lattice() {
     let density = |f: DMat3| -> f64 {
         let bond = |xi: &DVec3| {
             let (rest, ext) = (xi.length(), (f * *xi).length() - xi.length());
-            law.bond_energy(&Bond { rest, ext, cos: 1.0, weight: 1.0, theta: 0.0, inv_m: 1.0, norm: 0.0 }, [])
+            law.bond_energy(&Bond { ext, ..Bond::at_rest(rest, 1.0, 1.0) }, [])
         };
         bonds.iter().map(bond).sum()
     };

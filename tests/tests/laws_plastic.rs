@@ -33,6 +33,7 @@ fn bond(k: u64) -> Bond<f64> {
         ext: 0.02 * rest * noise(k + 1),
         cos: 1.0,
         weight: HORIZON / rest,
+        influence: HORIZON / rest,
         theta: 0.01 * noise(k + 2),
         inv_m: 3e3,
         norm: 0.0,
@@ -71,7 +72,8 @@ fn the_return_lands_on_the_yield_surface_and_plastic_work_is_never_negative() {
 fn the_cap_of_eq_16_stops_the_flow_and_the_force_grows_again() {
     let plastic: Plastic = law(&[number("yield_stretch", STRETCH), number("plastic_cap", 0.01)]).unwrap();
     let elastic: Isotropic = law(&[]).unwrap();
-    let b = Bond { ext: 0.1 * 0.05, rest: 0.1, cos: 1.0, weight: 2.6, theta: 0.0, inv_m: 3e3, norm: 0.0 };
+    let b =
+        Bond { ext: 0.1 * 0.05, rest: 0.1, cos: 1.0, weight: 2.6, influence: 2.6, theta: 0.0, inv_m: 3e3, norm: 0.0 };
     assert_eq!(plastic.flow(&b, [0.0], 0.0), [0.01 * 0.1]);
     // what is left beyond the cap is elastic
     assert_eq!(plastic.force(&b, [0.0]), elastic.force(&Bond { ext: b.ext - 0.001, ..b }, []));
@@ -84,7 +86,8 @@ fn as_written_overshoots_by_two_omega() {
     let word = ("formulation", Value::Word("as_written".into()));
     let plastic: Plastic = law(&[word.clone(), number("yield_stretch", STRETCH)]).unwrap();
     let elastic: Isotropic = law(std::slice::from_ref(&word)).unwrap();
-    let b = Bond { ext: 0.1 * 0.01, rest: 0.1, cos: 1.0, weight: 2.6, theta: 0.0, inv_m: 3e3, norm: 0.0 };
+    let b =
+        Bond { ext: 0.1 * 0.01, rest: 0.1, cos: 1.0, weight: 2.6, influence: 2.6, theta: 0.0, inv_m: 3e3, norm: 0.0 };
     let force = |stretch: f64| elastic.force(&Bond { ext: stretch * b.rest, ..b }, []);
     let (trial, surface) = (force(0.01), force(STRETCH));
     let want = surface + (1.0 - 2.0 * b.weight) * (trial - surface);
@@ -204,6 +207,7 @@ fn it_gives_way_at_the_tensile_stress_it_says() {
             rest: 0.1,
             cos: 1.0,
             weight: 2.6,
+            influence: 2.6,
             inv_m: 3e3,
             norm: 0.0,
         };
@@ -212,7 +216,7 @@ fn it_gives_way_at_the_tensile_stress_it_says() {
     assert_eq!(flowed(0.9999 * sigma), 0.0);
     assert!(flowed(1.0001 * sigma) > 0.0);
     // pure dilatation yields nothing, at any size
-    let b = Bond { ext: 0.01, theta: 0.3, rest: 0.1, cos: 1.0, weight: 2.6, inv_m: 3e3, norm: 0.0 };
+    let b = Bond { ext: 0.01, theta: 0.3, rest: 0.1, cos: 1.0, weight: 2.6, influence: 2.6, inv_m: 3e3, norm: 0.0 };
     assert_eq!(plastic.flow(&b, [0.0], 0.0), [0.0]);
 }
 

@@ -63,7 +63,8 @@ fn a_million_small_steps_in_f32_relax_as_one() {
     let given = relaxing().into_iter().map(|(k, v)| (k.to_string(), v)).collect();
     let p = Params::new(Viscoelastic::PARAMETERS.to_vec(), given).unwrap();
     let law = Viscoelastic::from_params(&p, &Surroundings { horizon: 0.26, spacing: 0.1 }).unwrap();
-    let bond = Bond { rest: 0.1f32, ext: 1e-3, cos: 1.0, weight: 2.6, theta: 0.0, inv_m: 1.0, norm: 0.0 };
+    let bond =
+        Bond { rest: 0.1f32, ext: 1e-3, cos: 1.0, weight: 2.6, influence: 2.6, theta: 0.0, inv_m: 1.0, norm: 0.0 };
     let mut memory = [0.0f32; 2];
     (0..1_000_000).for_each(|_| memory = law.flow(&bond, memory, 1e-6 * TIME));
     let followed = f64::from(memory[0] + memory[1]) / 1e-3;

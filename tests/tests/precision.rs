@@ -66,7 +66,7 @@ fn a_fragment_that_left_its_bodys_frame_keeps_to_1e_3() {
     assert!(cuts.len() > 900, "the halves are still bonded: {} cuts", cuts.len());
     let e = error(&world, &mut *body.material);
     println!("relative force error {e:.2e}");
-    assert!(e < 1e-3, "{e:e}"); // measured PRECISION_B
+    assert!(e < 1e-3, "{e:e}"); // measured 3.1e-4: f32 after a turn of its own
 }
 
 #[test]

@@ -34,6 +34,7 @@ struct Node {
     c: f64,
     p: f64,
     g: f64,
+    /// ω [1].
     weight: f64,
     /// The extension at a fracture stretch of 1 [m].
     gauge: f64,
@@ -86,8 +87,7 @@ fn family<T: BondLaw<M>, const M: usize>(law: &T, horizon: f64) -> (f64, Vec<Nod
     }
     let m = 2.0 * nodes.iter().map(|n| n.weight * n.xi.length_squared() * n.volume).sum::<f64>();
     for n in &mut nodes {
-        let at_rest =
-            Bond { rest: n.xi.length(), ext: 0.0, cos: 1.0, weight: n.weight, theta: 0.0, inv_m: 1.0 / m, norm: 0.0 };
+        let at_rest = Bond::at_rest(n.xi.length(), n.weight, 1.0 / m);
         let step = SMALL * at_rest.rest;
         let slope = |f: &dyn Fn(f64) -> f64, step: f64| (f(step) - f(-step)) / (2.0 * step);
         n.c = slope(&|ext| law.force(&Bond { ext, ..at_rest }, [0.0; M]), step);

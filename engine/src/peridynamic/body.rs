@@ -7,8 +7,9 @@ use std::sync::atomic::AtomicBool;
 use rayon::prelude::*;
 
 use super::parts::{Criteria, Laws, Regions};
-use super::passes::{Memory, Scene};
+use super::passes::{Memory, Outlook, Scene};
 use super::pose::{MOST, Record, Record32, Record64};
+use super::quantum::Growth;
 use super::rows::{PerChunk, in_blocks};
 use super::{stable, surface};
 use crate::bonds::{Bonds, CHUNK};
@@ -37,6 +38,8 @@ pub(super) struct Body<T, const M: usize> {
     inv_m: Buffer<f64>,
     own: [Buffer<f32>; M],
     twin: [Buffer<f32>; M],
+    /// ω [1] of every slot, for a law that reads it.
+    influence: Buffer<f32>,
     /// What the law counts per particle, if it does.
     tally: Buffer<f64>,
     pub scratch: Scratch,
@@ -46,12 +49,17 @@ pub(super) struct Body<T, const M: usize> {
 #[derive(Default)]
 pub(super) struct Scratch {
     pub records: Vec<Record32>,
+    /// What displacements are counted in [m].
+    quantum: f64,
+    growth: Growth,
     pub theta: Vec<f64>,
     /// Norm of every particle before the flow; empty where the law needs none.
     pub norm: Vec<f64>,
-    /// Bonds that might break, one bit per slot of a chunk.
-    pub marks: Vec<u8>,
+    /// What the last force pass found in every row; whether a bond may break in any.
+    pub outlook: Vec<Outlook>,
     pub marked: AtomicBool,
+    /// Bonds that break, one bit per slot of a chunk.
+    pub broken: Vec<u8>,
 }
 
 /// m_i = Σ ω|ξ|²V [m⁵] of every row, at least [`LEAST_M`] of the median.
@@ -82,6 +90,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             inv_m: Buffer::default(),
             own: std::array::from_fn(|_| Buffer::default()),
             twin: std::array::from_fn(|_| Buffer::default()),
+            influence: Buffer::default(),
             tally: Buffer::default(),
             scratch: Scratch::default(),
         }
@@ -104,20 +113,32 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         Memory { own: self.own.each_ref().map(|b| &b[..]), twin: self.twin.each_ref().map(|b| &b[..]) }
     }
 
+    /// What the passes read, with the records of the present step.
+    pub fn scene(&self) -> Scene<'_, Record32> {
+        self.scene_of(&self.scratch.records, self.scratch.quantum).with_norm(&self.scratch.norm)
+    }
+
+    fn scene_of<'a, R: Record>(&'a self, records: &'a [R], quantum: f64) -> Scene<'a, R> {
+        Scene::new(&self.bonds, &self.influence, records, quantum)
+    }
+
     fn frame(&self, p: &BodyParticles<'_>) -> Frame {
         if self.laws().needs_cos() { Frame::moved(p) } else { Frame::fit(p) }
     }
 
-    fn pose<R: Record>(inv_m: &[f64], p: &BodyParticles<'_>, frame: &Frame, records: &mut [R]) {
+    /// Fills the records; returns what displacements are counted in [m].
+    fn pose<R: Record>(&self, p: &BodyParticles<'_>, frame: &Frame, growth: &mut Growth, records: &mut [R]) -> f64 {
+        let u = |i: usize| frame.displacement(p.position[i], p.rest[i].as_dvec3());
+        let quantum = growth.quantum(&self.bonds, self.horizon, &u);
         records.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, record)| {
-            let u = frame.displacement(p.position[i], p.rest[i].as_dvec3());
-            *record = R::new(p.rest[i], u, p.volume[i], inv_m[i]);
+            *record = R::new(p.rest[i], u(i), quantum, self.inv_m[i]);
         });
+        quantum
     }
 
     /// θ of every particle, into `theta` and the records.
-    fn dilate<R: Record>(laws: Laws<'_, T, M>, bonds: &Bonds, records: &mut [R], theta: &mut [f64]) {
-        let scene = Scene::new(bonds, records);
+    fn dilate<R: Record>(&self, records: &mut [R], quantum: f64, theta: &mut [f64]) {
+        let (laws, scene) = (self.laws(), self.scene_of(records, quantum));
         in_blocks(0..theta.len(), &mut *theta, &|rows, theta: &mut [f64]| {
             for (theta, i) in theta.iter_mut().zip(rows) {
                 *theta = scene.dilatation(laws, i);
@@ -130,7 +151,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
     fn sum_norms<R: Record>(laws: Laws<'_, T, M>, scene: Scene<'_, R>, memory: &Memory<'_, M>, norm: &mut [f64]) {
         in_blocks(0..norm.len(), norm, &|rows, norm: &mut [f64]| {
             for (norm, i) in norm.iter_mut().zip(rows) {
-                *norm = scene.norm(memory, laws, i);
+                *norm = scene.norm(memory, laws, laws.own(i), i);
             }
         });
     }
@@ -139,20 +160,21 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
     pub fn update_norms(&mut self) {
         let mut norm = std::mem::take(&mut self.scratch.norm);
         norm.resize(self.bonds.rows(), 0.0);
-        Self::sum_norms(self.laws(), Scene::new(&self.bonds, &self.scratch.records), &self.memory(), &mut norm);
+        Self::sum_norms(self.laws(), self.scene().with_norm(&[]), &self.memory(), &mut norm);
         self.scratch.norm = norm;
     }
 
     /// Brings the scratch up to date with the particles: positions, then θ if anybody wants it, then norms.
     pub fn prepare(&mut self, p: &BodyParticles<'_>, with_theta: bool) -> Frame {
         let frame = self.frame(p);
-        let s = &mut self.scratch;
+        let mut s = std::mem::take(&mut self.scratch);
         s.records.resize(p.len(), Record32::default());
         s.theta.resize(p.len(), 0.0);
-        Self::pose(&self.inv_m, p, &frame, &mut s.records);
+        s.quantum = self.pose(p, &frame, &mut s.growth, &mut s.records);
         if with_theta {
-            Self::dilate(Laws::new(&self.laws, &self.regions), &self.bonds, &mut s.records, &mut s.theta);
+            self.dilate(&mut s.records, s.quantum, &mut s.theta);
         }
+        self.scratch = s;
         if T::NEEDS_NORM {
             self.update_norms();
         }
@@ -188,6 +210,11 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             m = weighted_volumes(&self.bonds, p.rest, p.volume);
         }
         self.inv_m = m.iter().map(|m| 1.0 / m).collect::<Vec<_>>().into();
+        if self.laws().needs_influence() {
+            self.influence.set(self.bonds.weight.to_vec());
+        }
+        let ends = self.bonds.weight.to_mut().iter_mut().zip(&self.bonds.neighbours[..]);
+        ends.for_each(|(weight, &j)| *weight = (f64::from(*weight) * p.volume[j as usize]) as f32);
         let slots = self.bonds.neighbours.len();
         for column in self.own.iter_mut().chain(&mut self.twin) {
             column.set(vec![0.0; slots]);
@@ -202,7 +229,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         let n = p.len();
         let size = 1e-6 * self.horizon;
         let mut position = vec![DVec3::ZERO; n];
-        let (mut records, mut theta) = (vec![Record32::default(); n], vec![0.0; n]);
+        let (mut records, mut theta, mut growth) = (vec![Record32::default(); n], vec![0.0; n], Growth::default());
         let zeros = vec![0.0; if M > 0 { self.bonds.neighbours.len() } else { 0 }];
         let (laws, none) = (self.laws(), Criteria::new(&[Unbreakable], &self.regions));
         let memory = Memory { own: [&zeros[..]; M], twin: [&zeros[..]; M] };
@@ -210,14 +237,14 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             let scale = size / u.iter().map(|u| u.length()).fold(f64::MIN_POSITIVE, f64::max);
             position.par_iter_mut().enumerate().for_each(|(i, y)| *y = p.rest[i].as_dvec3() + u[i] * scale);
             let p = BodyParticles { position: &position, ..*p };
-            Self::pose(&self.inv_m, &p, &Frame::moved(&p), &mut records);
+            let quantum = self.pose(&p, &Frame::moved(&p), &mut growth, &mut records);
             if T::NEEDS_THETA {
-                Self::dilate(self.laws(), &self.bonds, &mut records, &mut theta);
+                self.dilate(&mut records, quantum, &mut theta);
             }
-            let scene = Scene::new(&self.bonds, &records);
+            let scene = self.scene_of(&records, quantum);
             in_blocks(0..n, out, &|rows, out: &mut [DVec3]| {
                 for (out, i) in out.iter_mut().zip(rows) {
-                    let f = scene.force(&memory, laws, none, i, |_, _| ());
+                    let (f, _) = scene.force(&memory, laws, none, i);
                     *out = f * (p.volume[i] / (p.mass[i] * scale));
                 }
             });
@@ -231,7 +258,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
     }
 
     pub fn flow(&mut self, dt: f64) {
-        if (M == 0 && T::TALLY.is_none()) || self.scratch.records.len() != self.bonds.rows() {
+        if (M == 0 && T::TALLY.is_none()) || self.scratch.outlook.len() != self.bonds.rows() {
             return;
         }
         if T::TALLY.is_some() {
@@ -240,7 +267,8 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
                 *tally += law.tally(*norm, *inv_m);
             }
         }
-        let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
+        let s = &self.scratch;
+        let scene = Scene::new(&self.bonds, &self.influence, &s.records, s.quantum).with_norm(&s.norm);
         let (laws, offsets) = (Laws::new(&self.laws, &self.regions), &self.bonds.offsets[..]);
         let slots = |b| PerChunk::<f32, CHUNK> { values: b, offsets };
         let own = self.own.each_mut().map(|b| slots(&mut b[..]));
@@ -248,8 +276,8 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         in_blocks(0..self.bonds.rows(), (own, twin), &|rows, (own, twin)| {
             let base = scene.chunks(rows.start).start * CHUNK;
             let (mut own, mut twin) = (own.map(|c| c.values), twin.map(|c| c.values));
-            for i in rows {
-                scene.flow(laws, i, dt, base, &mut own, &mut twin);
+            for i in rows.filter(|&i| s.outlook[i].flows) {
+                scene.flow(laws, laws.own(i), i, dt, base, &mut own, &mut twin);
             }
         });
     }
@@ -259,11 +287,10 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             return None;
         }
         self.prepare(p, T::NEEDS_THETA);
-        let scene = Scene::new(&self.bonds, &self.scratch.records).with_norm(&self.scratch.norm);
-        let (memory, laws) = (self.memory(), self.laws());
+        let (scene, memory, laws) = (self.scene(), self.memory(), self.laws());
         let density: Vec<f64> = (0..p.len())
             .into_par_iter()
-            .map(|i| scene.energy(&memory, laws, i) + laws.own(i).theta_energy(self.scratch.theta[i]))
+            .map(|i| scene.energy(&memory, laws, laws.own(i), i) + laws.own(i).theta_energy(self.scratch.theta[i]))
             .collect();
         Some(density.iter().zip(p.volume).map(|(w, v)| w * v).sum())
     }
@@ -272,26 +299,30 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         // not turned with the body: the fast path must agree with the plainest arithmetic
         let frame = Frame::moved(p);
         let mut records = vec![Record64::default(); p.len()];
-        Self::pose(&self.inv_m, p, &frame, &mut records);
+        let quantum = self.pose(p, &frame, &mut Growth::default(), &mut records);
         if T::NEEDS_THETA {
-            Self::dilate(self.laws(), &self.bonds, &mut records, &mut vec![0.0; p.len()]);
+            self.dilate(&mut records, quantum, &mut vec![0.0; p.len()]);
         }
-        let (scene, memory) = (Scene::new(&self.bonds, &records), self.memory());
+        let (scene, memory) = (self.scene_of(&records, quantum), self.memory());
         let mut norm = vec![0.0; if T::NEEDS_NORM { p.len() } else { 0 }];
         Self::sum_norms(self.laws(), scene, &memory, &mut norm);
         let scene = scene.with_norm(&norm);
         let rows = (0..p.len()).into_par_iter();
         let (laws, none) = (self.laws(), Criteria::new(&[Unbreakable], &self.regions));
-        Some(rows.map(|i| scene.force(&memory, laws, none, i, |_, _| ())).collect())
+        Some(rows.map(|i| scene.force(&memory, laws, none, i).0).collect())
     }
 
     pub fn visit(&mut self, scope: &str, v: &mut Visitor<'_>) {
+        self.scratch.growth.forget();
         self.bonds.visit(&format!("{scope}/bonds"), v);
         v(
             &format!("{scope}/bonds"),
             &Column::frozen("inverse_weighted_volume", "1/m^5", Of::Particle),
             &mut self.inv_m,
         );
+        if self.laws().needs_influence() {
+            v(&format!("{scope}/bonds"), &Column::frozen("influence", "1", Of::Bond), &mut self.influence);
+        }
         if T::SEVERAL {
             self.regions.visit(scope, v);
         }

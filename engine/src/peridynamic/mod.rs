@@ -1,18 +1,19 @@
 //! State-based peridynamics around any [`BondLaw`]: the passes θ, force, fracture and flow over a body's bonds.
 //!
 //! ```text
-//! respond   pose: frame, records (48 B a particle)      O(particles)
+//! respond   pose: frame, records (32 B a particle)      O(particles)
 //!           θ:    Σ over the row, then into the records O(bonds), skipped by bond-based laws
-//!           force: Σ (T_ij − T_ji) V_j, and marks bonds that might break
-//! flow      memory of both sides of each bond           O(bonds), only laws with memory
-//! fracture  marked bonds are judged with φ of both ends O(marked)
+//!           force: Σ (T_ij − T_ji) V_j, and an outlook on each row
+//! flow      memory of both sides of each bond           only rows that flow
+//! fracture  bonds are judged with φ of both ends        only rows that may break
 //! ```
-//! Marks are kept as one byte per chunk, so a step allocates nothing however much breaks.
+//! What breaks is kept as one byte per chunk, so a step allocates nothing however much breaks.
 
 mod body;
 mod parts;
 mod passes;
 pub mod pose;
+mod quantum;
 mod rows;
 mod spectrum;
 mod stable;
@@ -24,7 +25,7 @@ use glam::DVec3;
 
 use self::body::Body;
 use self::parts::{Criteria, Regions};
-use self::passes::Scene;
+use self::passes::Outlook;
 use self::rows::{PerChunk, in_blocks};
 pub(crate) use self::stable::largest_eigenvalue;
 use crate::bonds::Bonds;
@@ -80,25 +81,23 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
     fn respond(&mut self, p: &BodyParticles<'_>, dt: f64, dv: &mut [DVec3]) {
         let b = &mut self.body;
         let frame = b.prepare(p, T::NEEDS_THETA || C::NEEDS_THETA);
-        b.scratch.marks.resize(b.bonds.intact.len(), 0);
-        let mut marks = std::mem::take(&mut b.scratch.marks);
-        let (memory, laws, marked) = (b.memory(), b.laws(), &b.scratch.marked);
-        let criteria = Criteria::new(&self.criteria, &b.regions);
+        let mut outlook = std::mem::take(&mut b.scratch.outlook);
+        outlook.resize(p.len(), Outlook::default());
+        b.scratch.broken.resize(if C::BREAKS { b.bonds.intact.len() } else { 0 }, 0);
+        let (memory, laws, scene) = (b.memory(), b.laws(), b.scene());
+        let (criteria, marked) = (Criteria::new(&self.criteria, &b.regions), &b.scratch.marked);
         marked.store(false, Ordering::Relaxed);
-        let scene = Scene::new(&b.bonds, &b.scratch.records).with_norm(&b.scratch.norm);
-        let work = (dv, PerChunk::<u8, 1> { values: &mut marks, offsets: &b.bonds.offsets });
-        in_blocks(0..p.len(), work, &|rows, (dv, marks): (&mut [DVec3], PerChunk<'_, u8, 1>)| {
-            let base = scene.chunks(rows.start).start;
-            marks.values.fill(0);
-            for (dv, i) in dv.iter_mut().zip(rows) {
-                let f = scene.force(&memory, laws, criteria, i, |chunk, bits| {
-                    marks.values[chunk - base] |= bits;
-                    marked.store(true, Ordering::Relaxed);
-                });
+        in_blocks(0..p.len(), (dv, &mut outlook[..]), &|rows, (dv, outlook): (&mut [DVec3], &mut [Outlook])| {
+            for ((dv, outlook), i) in dv.iter_mut().zip(&mut *outlook).zip(rows) {
+                let (f, sees) = scene.force(&memory, laws, criteria, i);
+                *outlook = sees;
                 *dv += frame.rotation * f * (dt * p.volume[i] / p.mass[i]);
             }
+            if outlook.iter().any(|row| row.breaks) {
+                marked.store(true, Ordering::Relaxed);
+            }
         });
-        b.scratch.marks = marks;
+        b.scratch.outlook = outlook;
     }
 
     fn flow(&mut self, dt: f64) {
@@ -113,25 +112,22 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         if T::NEEDS_NORM {
             b.update_norms(); // the memory has flowed since
         }
-        let mut marks = std::mem::take(&mut b.scratch.marks);
-        let (memory, laws) = (b.memory(), b.laws());
-        let criteria = Criteria::new(&self.criteria, &b.regions);
-        let scene = Scene::new(&b.bonds, &b.scratch.records).with_norm(&b.scratch.norm);
+        let mut broken = std::mem::take(&mut b.scratch.broken);
+        let (memory, laws, scene) = (b.memory(), b.laws(), b.scene());
+        let (criteria, outlook) = (Criteria::new(&self.criteria, &b.regions), &b.scratch.outlook);
         let phi = &*damage;
-        let work = PerChunk::<u8, 1> { values: &mut marks, offsets: &b.bonds.offsets };
-        in_blocks(0..b.bonds.rows(), work, &|rows, marks| {
+        let work = PerChunk::<u8, 1> { values: &mut broken, offsets: &b.bonds.offsets };
+        in_blocks(0..b.bonds.rows(), work, &|rows, broken| {
             let base = scene.chunks(rows.start).start;
-            for i in rows {
+            broken.values.fill(0);
+            for i in rows.filter(|&i| outlook[i].breaks) {
                 for chunk in scene.chunks(i) {
-                    let mark = &mut marks.values[chunk - base];
-                    if *mark != 0 {
-                        *mark &= scene.severities(&memory, laws, criteria, i, chunk, phi);
-                    }
+                    broken.values[chunk - base] = scene.severities(&memory, laws, laws.own(i), criteria, i, chunk, phi);
                 }
             }
         });
-        b.bonds.part(&marks, damage, cuts);
-        b.scratch.marks = marks;
+        b.bonds.part(&broken, damage, cuts);
+        b.scratch.broken = broken;
     }
 
     fn energy(&mut self, p: &BodyParticles<'_>) -> Option<f64> {

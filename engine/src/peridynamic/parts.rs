@@ -40,8 +40,9 @@ pub(super) struct Laws<'a, T, const M: usize> {
     first: &'a T,
     all: &'a [T],
     regions: &'a Regions,
-    /// Whether any of several reads Λ.
+    /// Whether any of several reads Λ, and ω.
     cos: bool,
+    influence: bool,
 }
 
 impl<T, const M: usize> Clone for Laws<'_, T, M> {
@@ -54,7 +55,9 @@ impl<T, const M: usize> Copy for Laws<'_, T, M> {}
 impl<'a, T: BondLaw<M>, const M: usize> Laws<'a, T, M> {
     /// `all` has one law, or one per region.
     pub fn new(all: &'a [T], regions: &'a Regions) -> Self {
-        Self { first: &all[0], all, regions, cos: T::SEVERAL && all.iter().any(T::needs_cos) }
+        let any = |needs: fn(&T) -> bool| T::SEVERAL && all.iter().any(needs);
+        let (cos, influence) = (any(T::needs_cos), any(T::needs_influence));
+        Self { first: &all[0], all, regions, cos, influence }
     }
 
     /// The law of row `i`.
@@ -63,10 +66,13 @@ impl<'a, T: BondLaw<M>, const M: usize> Laws<'a, T, M> {
         if T::SEVERAL { &self.all[usize::from(self.regions.rows[i])] } else { self.first }
     }
 
-    /// The law of the neighbours in `chunk`.
+    /// The law of the neighbours in `chunk` of a row whose law is `own`.
     #[inline(always)]
-    pub fn other(&self, chunk: usize) -> &'a T {
-        if T::SEVERAL { &self.all[usize::from(self.regions.chunks[chunk])] } else { self.first }
+    pub fn other<'b>(&self, own: &'b T, chunk: usize) -> &'b T
+    where
+        'a: 'b,
+    {
+        if T::SEVERAL { &self.all[usize::from(self.regions.chunks[chunk])] } else { own }
     }
 
     /// A row of each law, the first of `rows` for which `fits` holds.
@@ -88,6 +94,12 @@ impl<'a, T: BondLaw<M>, const M: usize> Laws<'a, T, M> {
     #[inline(always)]
     pub fn needs_cos(&self) -> bool {
         if T::SEVERAL { self.cos } else { self.first.needs_cos() }
+    }
+
+    /// Whether any of them reads [`Bond::influence`](crate::Bond::influence).
+    #[inline(always)]
+    pub fn needs_influence(&self) -> bool {
+        if T::SEVERAL { self.influence } else { self.first.needs_influence() }
     }
 }
 

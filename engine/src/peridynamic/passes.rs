@@ -1,5 +1,27 @@
 //! The loops over bonds, written once for every law, criterion and lane.
 //!
+//! A row is a call that is not inlined: then the compiler knows that what it is given can be read at any time and changed by
+//! nobody, and takes the constants of law and criterion out of the loop over its bonds, and decisions like
+//! [`BondLaw::needs_cos`] with them.
+//!
+//! What it costs: instructions per directed bond and step on a lattice of 16³ with 133 neighbours, by callgrind
+//! (`bench/examples/kernel.rs`, in which contact of the block's surface has 2 to 3). A loop of isotropic θ has 112 for eight
+//! bonds, of its force 132; with some hundred cycles from the first load to the sum, what limits it is how many of the loops the
+//! processor keeps in flight, so a shorter chain counts as much as fewer instructions.
+//!
+//! | | isotropic | plastic, not yielding | pmb |
+//! |---|---|---|---|
+//! | records of 48 bytes with u as a pair of f32, V_j gathered, memory flows everywhere | 46.7 | 88.4 | 22.9 |
+//! | records of 32 bytes, V_j in the weight, \|y\|² as \|ξ\|² and what it gained | 42.2 | 71.4 | 21.0 |
+//! | places of records kept in an array that the compiler does not copy | 38.2 | 67.4 | 19.0 |
+//! | rows as calls, and formulation of the law known outside the loop | 35.5 | 52.8 | 18.6 |
+//! | one formulation in plastic, not one of its own and one of its base | 35.5 | 46.4 | 18.6 |
+//!
+//! Traps: `map` of an array of arrays is a call, and doubles everything. A write in the loop, also of a byte that is rarely
+//! written, makes the compiler read the law's constants again for every chunk: so a row only says that something may break.
+//! One division for 1/|y| and 1/(|y| + |ξ|) has a longer chain and more instructions than two. `mul_add` is faster and is not
+//! there on every processor.
+//!
 //! Each row is summed by one thread in a fixed order and writes only itself, so the result has the same bits on any
 //! number of threads. A chunk whose bonds are all broken is skipped: as bonds break, steps get faster.
 
@@ -18,8 +40,12 @@ pub(super) struct Scene<'a, R> {
     offsets: &'a [u32],
     neighbours: &'a [u32],
     weight: &'a [f32],
+    /// ω of every slot; empty for laws without.
+    influence: &'a [f32],
     intact: &'a [u8],
     records: &'a [R],
+    /// What displacements are counted in [m].
+    quantum: f64,
     /// Norm of every particle; empty while it is being summed, and for laws without.
     norm: &'a [f64],
 }
@@ -35,7 +61,7 @@ pub(super) struct Memory<'a, const M: usize> {
 impl<const M: usize> Memory<'_, M> {
     #[inline(always)]
     fn at<L: Kernel>(&self, slot: usize) -> ([L; M], [L; M]) {
-        let load = |columns: [&[f32]; M]| std::array::from_fn(|k| L::load(&columns[k][slot..]));
+        let load = |columns: [&[f32]; M]| std::array::from_fn(|k| L::load(&columns[k][slot..slot + L::WIDTH]));
         (load(self.own), load(self.twin))
     }
 }
@@ -45,6 +71,15 @@ impl<const M: usize> Memory<'_, M> {
 struct Ends<'a> {
     neighbours: &'a [u32],
     weight: &'a [f32],
+}
+
+/// What the force pass found in a row.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Outlook {
+    /// A bond may break.
+    pub breaks: bool,
+    /// The memory of a bond may change.
+    pub flows: bool,
 }
 
 /// Runs a block for each lane of bonds of a row, with its first slot, its intact bits and its ends; chunks without a bond
@@ -63,7 +98,6 @@ macro_rules! for_each_lane {
             }
             for part in 0..CHUNK / $record::Lane::WIDTH {
                 let first = part * $record::Lane::WIDTH;
-                #[allow(unused_variables)] // not every pass remembers
                 let ($slot, $intact) = ((start + k) * CHUNK + first, holding >> first);
                 let $ends = Ends { neighbours: &neighbours[first..], weight: &weight[first..] };
                 $block
@@ -72,24 +106,57 @@ macro_rules! for_each_lane {
     };
 }
 
+/// What all bonds of a row have in common.
+struct Home<'a, R, T> {
+    law: &'a T,
+    record: R,
+    norm: f64,
+    needs_cos: bool,
+}
+
+impl<R, T> Home<'_, R, T> {
+    #[inline(always)]
+    fn minding<const M: usize>(self, laws: Laws<'_, T, M>) -> Self
+    where
+        T: BondLaw<M>,
+    {
+        Self { needs_cos: laws.needs_cos(), ..self }
+    }
+
+    /// The same where what [`Laws::needs_cos`] answers is known. A law decides by it what else it computes (the formulation
+    /// of Chen et al. as written); told here, it does not ask in every bond.
+    #[inline(always)]
+    fn knowing<const COS: bool, const M: usize>(self) -> Self
+    where
+        T: BondLaw<M>,
+    {
+        assert!(T::SEVERAL || self.law.needs_cos() == COS);
+        Self { needs_cos: COS, ..self }
+    }
+}
+
 /// One chunk's geometry: what both sides of its bonds share.
 struct Geometry<L> {
     own: Bond<L>,
     other: Bond<L>,
-    /// y = ξ + u_j − u_i [m] and 1/|y|.
+    /// y = ξ + u_j − u_i [m] and |y|.
     y: [L; 3],
-    inv_length: L,
-    volume: L,
+    length: L,
 }
 
+/// A bond is never taken for shorter than this share of its rest length, squared: |y|² is a sum that may cancel.
+const CRUSHED: f64 = 1e-6;
+
 impl<'a, R: Record> Scene<'a, R> {
-    pub fn new(bonds: &'a Bonds, records: &'a [R]) -> Self {
+    pub fn new(bonds: &'a Bonds, influence: &'a [f32], records: &'a [R], quantum: f64) -> Self {
         Self {
             offsets: &bonds.offsets,
             neighbours: &bonds.neighbours,
             weight: &bonds.weight,
+            influence,
             intact: &bonds.intact,
             records,
+            quantum,
             norm: &[],
         }
     }
@@ -104,73 +171,89 @@ impl<'a, R: Record> Scene<'a, R> {
         self.offsets[i] as usize..self.offsets[i + 1] as usize
     }
 
-    /// The bonds of a lane of row `i` as a law sees them from both sides.
+    /// Row `i`, whose law is `law`.
+    #[inline(always)]
+    fn home<'l, T>(&self, law: &'l T, i: usize) -> Home<'l, R, T> {
+        let norm = if self.norm.is_empty() { 0.0 } else { self.norm[i] };
+        Home { law, record: self.records[i], norm, needs_cos: false }
+    }
+
+    /// The bonds of the lane at `slot` of the row as a law sees them from both sides.
     #[inline(always)]
     fn bond<T: BondLaw<M>, const M: usize>(
         &self,
-        laws: Laws<'_, T, M>,
-        i: usize,
-        home: &R,
+        home: &Home<'_, R, T>,
+        slot: usize,
         ends: Ends<'_>,
     ) -> Geometry<R::Lane> {
         let of = <R::Lane as Lane>::of;
-        let g = R::Lane::gather(self.records, ends.neighbours, home);
-        let weight = R::Lane::load(ends.weight);
-        let (theta, inv_m) = R::Lane::own(home);
-        let y = [g.xi[0] + g.du[0], g.xi[1] + g.du[1], g.xi[2] + g.du[2]];
         let dot = |a: [R::Lane; 3], b: [R::Lane; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        // a padding slot has ξ = 0, and a crushed bond y = 0: keep both finite
-        let tiny = of(1e-30);
-        let rest = dot(g.xi, g.xi).max(tiny).sqrt();
-        let length = dot(y, y).max(tiny).sqrt();
-        let sum = length + rest;
-        // one division for 1/|y| and 1/(|y| + |ξ|)
-        let both = of(1.0) / (length * sum);
-        let inv_length = sum * both;
-        // e = |y| − |ξ| without cancellation: (2ξ·du + du·du)/(|y| + |ξ|)
-        let two_xi = [g.xi[0] + y[0], g.xi[1] + y[1], g.xi[2] + y[2]];
-        let ext = dot(two_xi, g.du) * (length * both);
-        let cos = if laws.needs_cos() { dot(g.xi, y) * inv_length / rest } else { of(1.0) };
+        let plus = |a: [R::Lane; 3], b: [R::Lane; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+        let g = R::Lane::gather(self.records, self.quantum, ends.neighbours, &home.record);
+        let (theta, inv_m) = R::Lane::own(&home.record);
+        // (ξ + y)/2 and y
+        let middle = plus(g.xi, g.half);
+        let y = plus(middle, g.half);
+        // |y|² − |ξ|² = (y + ξ)·(y − ξ), without cancellation
+        let gain = of(4.0) * dot(middle, g.half);
+        // a padding slot has ξ = 0
+        let square = dot(g.xi, g.xi).max(of(1e-30));
+        let rest = square.sqrt();
+        let length = (square + gain).max(of(CRUSHED) * square).sqrt();
+        let ext = gain / (length + rest);
+        let cos = if home.needs_cos { dot(g.xi, y) / (length * rest) } else { of(1.0) };
+        let influence = self.influence.get(slot..slot + R::Lane::WIDTH).map_or(of(f64::NAN), R::Lane::load);
         let (mut own_norm, mut other_norm) = (of(0.0), of(0.0));
         if T::NEEDS_NORM && !self.norm.is_empty() {
-            own_norm = of(self.norm[i]);
+            own_norm = of(home.norm);
             other_norm = R::Lane::pick_out(self.norm, ends.neighbours);
         }
-        let own = Bond { rest, ext, cos, weight, theta, inv_m, norm: own_norm };
+        let weight = R::Lane::load(ends.weight);
+        let own = Bond { rest, ext, cos, weight, influence, theta, inv_m, norm: own_norm };
         let other = Bond { theta: g.theta, inv_m: g.inv_m, norm: other_norm, ..own };
-        Geometry { own, other, y, inv_length, volume: g.volume }
+        Geometry { own, other, y, length }
     }
 
     /// θ_i (Eq. 6), the sum of the law's shares.
     #[inline(always)]
     pub fn dilatation<T: BondLaw<M>, const M: usize>(&self, laws: Laws<'_, T, M>, i: usize) -> f64 {
-        let (law, home) = (laws.own(i), &self.records[i]);
-        let zero = R::Lane::of(0.0);
-        let mut sum = zero;
+        let row =
+            if laws.needs_cos() { Self::dilatation_row::<T, M, true> } else { Self::dilatation_row::<T, M, false> };
+        row(self, laws.own(i), i)
+    }
+
+    #[inline(never)]
+    fn dilatation_row<T: BondLaw<M>, const M: usize, const COS: bool>(&self, law: &T, i: usize) -> f64 {
+        let home = self.home(law, i).knowing::<COS, M>();
+        let mut sum = R::Lane::of(0.0);
         for_each_lane!(self, R, i, |slot, intact, ends| {
-            let g = self.bond(laws, i, home, ends);
-            let share = law.dilatation(&g.own) * g.volume;
-            sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
+            let g = self.bond(&home, slot, ends);
+            sum = sum + law.dilatation(&g.own).only(R::Lane::unpack(intact));
         });
         sum.total()
     }
 
     /// The norm of row `i`, the root of the sum of the law's shares.
-    #[inline(always)]
-    pub fn norm<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, laws: Laws<'_, T, M>, i: usize) -> f64 {
-        let (law, home) = (laws.own(i), &self.records[i]);
-        let zero = R::Lane::of(0.0);
-        let mut sum = zero;
+    #[inline(never)]
+    pub fn norm<T: BondLaw<M>, const M: usize>(
+        &self,
+        memory: &Memory<'_, M>,
+        laws: Laws<'_, T, M>,
+        law: &T,
+        i: usize,
+    ) -> f64 {
+        let home = self.home(law, i).minding(laws);
+        let mut sum = R::Lane::of(0.0);
         for_each_lane!(self, R, i, |slot, intact, ends| {
-            let g = self.bond(laws, i, home, ends);
-            let share = law.norm_share(&g.own, memory.at(slot).0) * g.volume;
-            sum = sum + R::Lane::pick(R::Lane::unpack(intact), share, zero);
+            let g = self.bond(&home, slot, ends);
+            sum = sum + law.norm_share(&g.own, memory.at(slot).0).only(R::Lane::unpack(intact));
         });
         sum.total().sqrt()
     }
 
-    /// Force density Σ (T_ij − T_ji) V_j [N/m³] on particle `i` (Eq. 2), in the frame of the records. `hit(chunk, bits)`
-    /// is told which bonds might break; it errs on the side of too many.
+    /// Force density Σ (T_ij − T_ji) V_j [N/m³] on particle `i` (Eq. 2), in the frame of the records; and what may happen in
+    /// its row: it errs on the side of too much. The loop writes nothing, so what it reads again and again (law, criterion, home)
+    /// stays in registers.
     #[inline(always)]
     pub fn force<T: BondLaw<M>, C: Criterion, const M: usize>(
         &self,
@@ -178,78 +261,91 @@ impl<'a, R: Record> Scene<'a, R> {
         laws: Laws<'_, T, M>,
         criteria: Criteria<'_, T, C, M>,
         i: usize,
-        mut hit: impl FnMut(usize, u8),
-    ) -> DVec3 {
-        let (law, home) = (laws.own(i), &self.records[i]);
-        let zero = R::Lane::of(0.0);
-        let mut sum = [zero; 3];
-        for_each_lane!(self, R, i, |slot, intact, ends| {
-            let g = self.bond(laws, i, home, ends);
-            let (own, twin) = memory.at(slot);
-            // T_ji points the other way, so the pair adds up (Eq. 3); a + b = b + a makes it antisymmetric to the bit
-            let pair = law.force(&g.own, own) + laws.other(slot / CHUNK).force(&g.other, twin);
-            let pair = pair * (g.volume * g.inv_length);
-            let pair = R::Lane::pick(R::Lane::unpack(intact), pair, zero);
-            for k in 0..3 {
-                sum[k] = sum[k] + pair * g.y[k];
-            }
-            if C::BREAKS {
-                let bits = R::Lane::pack(criteria.suspects(
-                    i,
-                    slot / CHUNK,
-                    &openings(law, laws.other(slot / CHUNK), &g, own, twin),
-                )) & intact;
-                if bits != 0 {
-                    hit(slot / CHUNK, bits << (slot % CHUNK));
-                }
-            }
-        });
-        DVec3::new(sum[0].total(), sum[1].total(), sum[2].total())
+    ) -> (DVec3, Outlook) {
+        let row = if laws.needs_cos() { Self::force_row::<T, C, M, true> } else { Self::force_row::<T, C, M, false> };
+        row(self, memory, laws, laws.own(i), criteria, i)
     }
 
-    /// Which of the bonds in `bits` of `chunk` break, given the damage φ of both particles: eight severities.
-    #[inline(always)]
+    #[inline(never)]
+    fn force_row<T: BondLaw<M>, C: Criterion, const M: usize, const COS: bool>(
+        &self,
+        memory: &Memory<'_, M>,
+        laws: Laws<'_, T, M>,
+        law: &T,
+        criteria: Criteria<'_, T, C, M>,
+        i: usize,
+    ) -> (DVec3, Outlook) {
+        let home = self.home(law, i).knowing::<COS, M>();
+        let mut sum = [R::Lane::of(0.0); 3];
+        let none = R::Lane::unpack(0);
+        let (mut suspects, mut flowing) = (none, none);
+        for_each_lane!(self, R, i, |slot, intact, ends| {
+            let (g, other) = (self.bond(&home, slot, ends), laws.other(law, slot / CHUNK));
+            let (memory, twin) = memory.at(slot);
+            let holds = R::Lane::unpack(intact);
+            // T_ji points the other way, so the pair adds up (Eq. 3); a + b = b + a makes it antisymmetric to the bit
+            let pair = law.force(&g.own, memory) + other.force(&g.other, twin);
+            let per_length = (pair / g.length).only(holds);
+            for k in 0..3 {
+                sum[k] = sum[k] + per_length * g.y[k];
+            }
+            if C::BREAKS {
+                let sides = openings(law, other, &g, memory, twin);
+                suspects = suspects | (criteria.suspects(i, slot / CHUNK, &sides) & holds);
+            }
+            if M > 0 {
+                flowing = flowing | ((law.flows(&g.own, memory) | other.flows(&g.other, twin)) & holds);
+            }
+        });
+        let any = |mask| R::Lane::pack(mask) != 0;
+        let outlook = Outlook { breaks: C::BREAKS && any(suspects), flows: M > 0 && any(flowing) };
+        (DVec3::new(sum[0].total(), sum[1].total(), sum[2].total()), outlook)
+    }
+
+    /// Which of the bonds of `chunk` in row `i` break, given the damage φ of both particles: eight severities.
     pub fn severities<T: BondLaw<M>, C: Criterion, const M: usize>(
         &self,
         memory: &Memory<'_, M>,
         laws: Laws<'_, T, M>,
+        law: &T,
         criteria: Criteria<'_, T, C, M>,
         i: usize,
         chunk: usize,
         damage: &[f32],
     ) -> u8 {
-        let (law, home) = (laws.own(i), &self.records[i]);
+        let home = self.home(law, i).minding(laws);
         let mut out = 0;
         for part in 0..CHUNK / R::Lane::WIDTH {
             let slot = chunk * CHUNK + part * R::Lane::WIDTH;
             let ends = Ends { neighbours: &self.neighbours[slot..], weight: &self.weight[slot..] };
-            let g = self.bond(laws, i, home, ends);
+            let g = self.bond(&home, slot, ends);
             let (own, twin) = memory.at(slot);
             let mut phi = [0.0; CHUNK];
             for l in 0..R::Lane::WIDTH {
                 phi[l] = damage[self.neighbours[slot + l] as usize].max(damage[i]);
             }
-            let sides = openings(law, laws.other(chunk), &g, own, twin);
+            let sides = openings(law, laws.other(law, chunk), &g, own, twin);
             let severity = criteria.severity(i, chunk, &sides, R::Lane::load(&phi));
             out |= R::Lane::pack(severity.above(R::Lane::of(1.0))) << (part * R::Lane::WIDTH);
         }
-        out
+        out & self.intact[chunk]
     }
 
     /// Replaces the memory of both sides of row `i`; the slices start at slot `base`.
-    #[inline(always)]
+    #[inline(never)]
     pub fn flow<T: BondLaw<M>, const M: usize>(
         &self,
         laws: Laws<'_, T, M>,
+        law: &T,
         i: usize,
         dt: f64,
         base: usize,
         own: &mut [&mut [f32]; M],
         twin: &mut [&mut [f32]; M],
     ) {
-        let (law, home) = (laws.own(i), &self.records[i]);
+        let home = self.home(law, i).minding(laws);
         for_each_lane!(self, R, i, |slot, intact, ends| {
-            let g = self.bond(laws, i, home, ends);
+            let g = self.bond(&home, slot, ends);
             let mask = R::Lane::unpack(intact);
             let side = |law: &T, bond: &Bond<R::Lane>, columns: &mut [&mut [f32]; M]| {
                 let old: [R::Lane; M] = std::array::from_fn(|k| R::Lane::load(&columns[k][slot - base..]));
@@ -259,19 +355,23 @@ impl<'a, R: Record> Scene<'a, R> {
                 }
             };
             side(law, &g.own, own);
-            side(laws.other(slot / CHUNK), &g.other, twin);
+            side(laws.other(law, slot / CHUNK), &g.other, twin);
         });
     }
 
     /// Energy Σ_j w_ij V_j of the directed bonds of row `i` [J/m³].
-    pub fn energy<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, laws: Laws<'_, T, M>, i: usize) -> f64 {
-        let (law, home) = (laws.own(i), &self.records[i]);
-        let zero = R::Lane::of(0.0);
-        let mut sum = zero;
+    pub fn energy<T: BondLaw<M>, const M: usize>(
+        &self,
+        memory: &Memory<'_, M>,
+        laws: Laws<'_, T, M>,
+        law: &T,
+        i: usize,
+    ) -> f64 {
+        let home = self.home(law, i).minding(laws);
+        let mut sum = R::Lane::of(0.0);
         for_each_lane!(self, R, i, |slot, intact, ends| {
-            let g = self.bond(laws, i, home, ends);
-            let energy = law.bond_energy(&g.own, memory.at(slot).0) * g.volume;
-            sum = sum + R::Lane::pick(R::Lane::unpack(intact), energy, zero);
+            let g = self.bond(&home, slot, ends);
+            sum = sum + law.bond_energy(&g.own, memory.at(slot).0).only(R::Lane::unpack(intact));
         });
         sum.total()
     }

@@ -67,8 +67,8 @@ pub(super) fn lag<T: BondLaw<M>, const M: usize>(
         let law = laws.own(i);
         let xi = p.rest[bonds.neighbours[slot] as usize].as_dvec3() - p.rest[i].as_dvec3();
         let de = 1e-6 * xi.length();
-        let weight = f64::from(bonds.weight[slot]);
-        let bond = |ext| Bond { rest: xi.length(), ext, cos: 1.0, weight, theta: 0.0, inv_m: inv_m[i], norm: 0.0 };
+        let influence = f64::from(bonds.weight[slot]) / p.volume[bonds.neighbours[slot] as usize];
+        let bond = |ext| Bond { ext, ..Bond::at_rest(xi.length(), influence, inv_m[i]) };
         let mut memory = [0.0; M];
         for swing in 0..64 {
             memory = law.flow(&bond(if swing % 2 == 0 { de } else { -de }), memory, dt);
@@ -101,8 +101,8 @@ pub(super) fn stiffness<T: BondLaw<M>, const M: usize>(
 ) -> Vec<f64> {
     let at_rest = |i: usize, slot: usize| {
         let xi = p.rest[bonds.neighbours[slot] as usize].as_dvec3() - p.rest[i].as_dvec3();
-        let weight = f64::from(bonds.weight[slot]);
-        (xi, Bond { rest: xi.length(), ext: 0.0, cos: 1.0, weight, theta: 0.0, inv_m: inv_m[i], norm: 0.0 })
+        let influence = f64::from(bonds.weight[slot]) / p.volume[bonds.neighbours[slot] as usize];
+        (xi, Bond::at_rest(xi.length(), influence, inv_m[i]))
     };
     let slope = |law: &T, b: Bond<f64>| {
         let (de, dt) = (1e-6 * b.rest, 1e-6);
@@ -131,7 +131,7 @@ pub(super) fn stiffness<T: BondLaw<M>, const M: usize>(
             let j = bonds.neighbours[slot] as usize;
             let (xi, own) = at_rest(i, slot);
             let here = slope(laws.own(i), own);
-            let there = slope(laws.other(slot / CHUNK), Bond { inv_m: inv_m[j], ..own });
+            let there = slope(laws.other(laws.own(i), slot / CHUNK), Bond { inv_m: inv_m[j], ..own });
             let n = xi / own.rest;
             let stiffness = here.c + there.c + here.p * gain[i] + there.p * gain[j];
             k += DMat3::from_cols(n * n.x, n * n.y, n * n.z) * (stiffness * p.volume[i] * p.volume[j]);

@@ -80,8 +80,10 @@ pub(super) fn twins(subject: &Subject<'_>) -> Finding {
             let Some(back) = bonds.slots(j).find(|&s| bonds.neighbours[s] as usize == i) else {
                 return fail(format!("{i} is bound to {j}, but not {j} to {i}"));
             };
-            let (there, here) = (bonds.weight[slot], bonds.weight[back]);
-            if there.to_bits() != here.to_bits() {
+            let volume = |i: usize| world.particles.volume[i];
+            let influence = |slot: usize, end: usize| f64::from(bonds.weight[slot]) / volume(end);
+            let (there, here) = (influence(slot, j), influence(back, i));
+            if (there - here).abs() > 1e-6 * here.abs() {
                 return fail(format!(
                     "ω is {there} from {i} to {j} and {here} back; it must not change with the sign of ξ"
                 ));

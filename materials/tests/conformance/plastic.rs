@@ -48,6 +48,9 @@ impl<F: Flaw> BondLaw<1> for Plastic<F> {
         let state = State { kappa: p.number("bulk_modulus"), mu: p.number("yield_stretch"), ..State::default() };
         Ok(Self(state, PhantomData))
     }
+    fn needs_influence(&self) -> bool {
+        true
+    }
     fn has_energy(&self) -> bool {
         true
     }
@@ -81,7 +84,7 @@ impl Flaw for Eq15 {
     const NAME: &'static str = "eq15";
     fn flow<L: Lane>(s: &State, b: &Bond<L>, past: L, _: f64) -> L {
         let beyond = b.ext - past - returned(s, b, past);
-        past + L::of(2.0) * b.weight * beyond
+        past + L::of(2.0) * b.influence * beyond
     }
 }
 
