@@ -115,7 +115,7 @@ mod tests {
     fn quantum(growth: &mut Growth, far: f64, stretch: f64, broken: bool) -> f64 {
         let families = Families { offsets: vec![0, 1, 2, 3, 4], neighbours: vec![1, 0, 3, 2] };
         let rest = [0.0, 1.0, 2.0, 3.0].map(|x| Vec3::X * x);
-        let mut bonds = Bonds::new(&families, &rest, |_, _| 1.0);
+        let mut bonds = Bonds::new(families, &rest, |_, _| 1.0);
         if broken {
             bonds.intact.to_mut()[2..].fill(0);
         }
