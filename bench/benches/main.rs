@@ -2,6 +2,7 @@
 //! nothing. Beside what criterion says, every benchmark prints a line of a table: the least time per directed bond or
 //! particle, and the bytes behind it.
 
+mod contact;
 mod files;
 mod meshes;
 mod passes;
@@ -65,6 +66,7 @@ criterion_group!(
     passes::flow,
     passes::fracture,
     passes::integrate,
+    contact::contact,
     meshes::families,
     meshes::surface,
     files::checkpoint,

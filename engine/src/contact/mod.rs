@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! held particles get the velocity of their anchor
-//! pairs      particle–particle, rows with slack (neighbours, grid)       parallel, one particle a row
+//! pairs      particle–particle: springs, dampers, friction (memory);
+//!            rows with slack (neighbours, search, grid, cluster)        parallel, one particle a row
 //! rigid      free colliders with particles and other colliders           one serial list, impulses to both sides
 //! approach   every particle at fixed and moved colliders, which have the last word        parallel
 //! ```
@@ -17,6 +18,7 @@ mod neighbours;
 pub mod overlap;
 mod pairs;
 mod rigid;
+mod search;
 pub mod shape;
 
 use glam::DVec3;
