@@ -68,6 +68,10 @@ fn curve(name: String, colour: usize, rows: &[&Row], point: impl Fn(&Row) -> [f6
     Curve { name, colour, dots: false, points: rows.iter().map(|r| point(r)).collect() }
 }
 
+fn in_words(threads: usize) -> String {
+    format!("{threads} thread{}", if threads == 1 { "" } else { "s" })
+}
+
 fn figure(rows: &[Row], machine: &Machine) -> Figure {
     let of = |what: &str, threads: usize| -> Vec<&Row> {
         rows.iter().filter(|r| r.what == what && r.threads == threads).collect()
@@ -76,7 +80,7 @@ fn figure(rows: &[Row], machine: &Machine) -> Figure {
     counts.sort_unstable();
     counts.dedup();
     let each = |r: &Row| [(r.particles as f64).log10(), 1e9 * r.processor / r.bonds as f64];
-    let steps = counts.iter().enumerate().map(|(k, &n)| curve(format!("{n} threads"), k + 1, &of("step", n), each));
+    let steps = counts.iter().enumerate().map(|(k, &n)| curve(in_words(n), k + 1, &of("step", n), each));
     let speed_up = |edge: i32, colour: usize| {
         let of: Vec<&Row> = rows.iter().filter(|r| r.what == "step" && r.particles == (edge as u64).pow(3)).collect();
         let one = of.first().map_or(1.0, |r| r.wall);
@@ -88,7 +92,7 @@ fn figure(rows: &[Row], machine: &Machine) -> Figure {
         EDGES.into_iter().filter(|&e| rows.iter().any(|r| r.particles == (e as u64).pow(3))).collect();
     let ups = known.iter().enumerate().map(|(k, &edge)| speed_up(edge, k + 1));
     let all = *counts.last().unwrap_or(&1);
-    let found = curve(format!("{all} threads"), 1, &of("families", all), |r| {
+    let found = curve(in_words(all), 1, &of("families", all), |r| {
         [(r.bonds as f64).log10(), 1e9 * r.processor / r.bonds as f64]
     });
     let panel = |title: &str, x: &str, y: &str, curves: Vec<Curve>| Panel {
@@ -98,12 +102,25 @@ fn figure(rows: &[Row], machine: &Machine) -> Figure {
         equal: false,
         curves,
     };
+    // nothing to see, but axes start at 0
+    let zero = |x: f64| Curve { points: vec![[x, 0.0]], ..Curve::default() };
+    let first = rows.first().map_or([1.0; 2], |r| [r.particles, r.bonds].map(|n| (n as f64).log10()));
     Figure {
         title: machine.sentence(),
         panels: vec![
-            panel("step", "log10 of particles", "processor time per directed bond [ns]", steps.collect()),
+            panel(
+                "step",
+                "log10 of particles",
+                "processor time per directed bond [ns]",
+                steps.chain([zero(first[0])]).collect(),
+            ),
             panel("step", "threads", "times as fast as one (wall)", std::iter::once(ideal).chain(ups).collect()),
-            panel("families", "log10 of directed bonds", "processor time per directed bond [ns]", vec![found]),
+            panel(
+                "families",
+                "log10 of directed bonds",
+                "processor time per directed bond [ns]",
+                vec![found, zero(first[1])],
+            ),
         ],
     }
 }

@@ -19,6 +19,9 @@ impl<T: BondLaw<M>, const M: usize> BondLaw<M> for Blind<T> {
     fn needs_cos(&self) -> bool {
         self.0.needs_cos()
     }
+    fn needs_influence(&self) -> bool {
+        self.0.needs_influence()
+    }
     fn influence(&self, xi: DVec3, horizon: f64) -> f64 {
         self.0.influence(xi, horizon)
     }
@@ -33,6 +36,10 @@ impl<T: BondLaw<M>, const M: usize> BondLaw<M> for Blind<T> {
     #[inline(always)]
     fn flow<L: Lane>(&self, b: &Bond<L>, memory: [L; M], dt: f64) -> [L; M] {
         self.0.flow(b, memory, dt)
+    }
+    #[inline(always)]
+    fn flows<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L::Mask {
+        self.0.flows(b, memory)
     }
     #[inline(always)]
     fn elastic_extension<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {

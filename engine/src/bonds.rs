@@ -11,6 +11,7 @@
 //! of the neighbour and padded region by region, so that a chunk holds neighbours of one region only.
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
@@ -62,47 +63,71 @@ pub struct Bonds {
 
 impl Bonds {
     /// Lays out the rows of `families`; `influence` gives ω of a rest bond ξ [m].
-    pub fn new(families: &Families, rest: &[Vec3], influence: impl Fn(usize, DVec3) -> f64) -> Self {
+    pub fn new(families: Families, rest: &[Vec3], influence: impl Fn(usize, DVec3) -> f64 + Sync) -> Self {
         Self::grouped(families, rest, &[], |i, _, xi| influence(i, xi)).0
     }
 
     /// The same with rows ordered by the region of the neighbour, so that every chunk holds neighbours of one region; and
     /// the region of each chunk. `regions` has one number per particle, or none: then all are in one, and no numbers
-    /// come back. `influence` is asked for ω of i, j, ξ.
+    /// come back. `influence` is asked for ω of i, j, ξ. Rows are laid out in the memory of the families, which are half
+    /// of what bonds take.
     pub fn grouped(
-        families: &Families,
+        families: Families,
         rest: &[Vec3],
         regions: &[u8],
-        influence: impl Fn(usize, usize, DVec3) -> f64,
+        influence: impl Fn(usize, usize, DVec3) -> f64 + Sync,
     ) -> (Self, Vec<u8>) {
         let rows = families.len();
+        let Families { offsets: starts, mut neighbours } = families;
+        let plain = |i: usize| starts[i] as usize..starts[i + 1] as usize;
         let region = |j: u32| regions.get(j as usize).copied();
+        let alike = |a: &u32, b: &u32| region(*a) == region(*b);
         let mut offsets = Vec::with_capacity(rows + 1);
         offsets.push(0u32);
-        let slots: usize = (0..rows).map(|i| families.row(i).len().next_multiple_of(CHUNK)).sum();
-        let (mut neighbours, mut weight) = (Vec::with_capacity(slots), Vec::with_capacity(slots));
-        let (mut intact, mut of_chunk) = (Vec::with_capacity(slots / CHUNK), Vec::new());
-        let mut sorted = Vec::new();
         for i in 0..rows {
-            let home = rest[i].as_dvec3();
-            sorted.clear();
-            sorted.extend_from_slice(families.row(i));
+            let row = &mut neighbours[plain(i)];
             if !regions.is_empty() {
-                sorted.sort_by_key(|&j| region(j)); // stable: as before within a region
+                row.sort_by_key(|&j| region(j)); // stable: as before within a region
             }
-            for group in sorted.chunk_by(|&a, &b| region(a) == region(b)).flat_map(|same| same.chunks(CHUNK)) {
-                for &j in group {
-                    neighbours.push(j);
-                    weight.push(influence(i, j as usize, rest[j as usize].as_dvec3() - home) as f32);
-                }
-                neighbours.resize(neighbours.len() + CHUNK - group.len(), i as u32);
-                weight.resize(neighbours.len(), 0.0);
-                intact.push((0xFFu32 >> (CHUNK - group.len())) as u8);
-                of_chunk.extend(region(group[0]));
-            }
-            offsets.push(intact.len() as u32);
+            let chunks: usize = row.chunk_by(alike).map(|same| same.len().div_ceil(CHUNK)).sum();
+            offsets.push(offsets[i] + chunks as u32);
         }
-        let family = (0..rows).map(|i| families.row(i).len() as u32).collect::<Vec<_>>();
+        let chunks = offsets[rows] as usize;
+        neighbours.reserve_exact((chunks * CHUNK).saturating_sub(neighbours.len()));
+        neighbours.resize(chunks * CHUNK, 0);
+        let (mut intact, mut of_chunk) = (vec![0xFF; chunks], vec![0; if regions.is_empty() { 0 } else { chunks }]);
+        let mut row = Vec::new();
+        // the last row first: a padded row starts where its plain one did, or later, and those behind have moved away
+        for i in (0..rows).rev() {
+            row.clear();
+            row.extend_from_slice(&neighbours[plain(i)]);
+            let mut chunk = offsets[i] as usize;
+            for same in row.chunk_by(alike) {
+                let end = chunk + same.len().div_ceil(CHUNK);
+                let (bonds, padding) = neighbours[chunk * CHUNK..end * CHUNK].split_at_mut(same.len());
+                bonds.copy_from_slice(same);
+                padding.fill(i as u32);
+                intact[end - 1] = 0xFF >> padding.len();
+                if let Some(region) = region(same[0]) {
+                    of_chunk[chunk..end].fill(region);
+                }
+                chunk = end;
+            }
+        }
+        let mut weight = vec![0.0; neighbours.len()];
+        let slots = |i: usize| offsets[i] as usize * CHUNK..offsets[i + 1] as usize * CHUNK;
+        let mut rest_of = &mut weight[..];
+        let parts: Vec<&mut [f32]> =
+            (0..rows).map(|i| rest_of.split_off_mut(..slots(i).len()).expect("as long as all rows")).collect();
+        parts.into_par_iter().enumerate().with_min_len(256).for_each(|(i, part)| {
+            let home = rest[i].as_dvec3();
+            for (weight, &j) in part.iter_mut().zip(&neighbours[slots(i)]) {
+                if j as usize != i {
+                    *weight = influence(i, j as usize, rest[j as usize].as_dvec3() - home) as f32;
+                }
+            }
+        });
+        let family = (0..rows).map(|i| plain(i).len() as u32).collect::<Vec<_>>();
         let bonds = Self {
             offsets: offsets.into(),
             neighbours: neighbours.into(),
@@ -203,7 +228,7 @@ mod tests {
     fn rows_are_padded_to_chunks_and_padding_is_never_intact() {
         let families = Families { offsets: vec![0, 9, 10, 10], neighbours: vec![1, 2, 1, 2, 1, 2, 1, 2, 1, 0] };
         let rest = [Vec3::ZERO, Vec3::X, Vec3::new(0.0, 2.0, 0.0)];
-        let bonds = Bonds::new(&families, &rest, |_, xi| 1.0 / xi.length());
+        let bonds = Bonds::new(families, &rest, |_, xi| 1.0 / xi.length());
         assert_eq!(&bonds.offsets[..], &[0, 2, 3, 3]);
         assert_eq!((bonds.directed(), bonds.holding()), (10, 10));
         assert_eq!(&bonds.intact[..], &[0xFF, 1, 1]);

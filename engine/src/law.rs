@@ -111,8 +111,9 @@ pub trait BondLaw<const M: usize>: Sized + Send + Sync + 'static {
     }
 
     /// Whether the frozen weights get pair factors that give cut-off families near surfaces back the stiffness of full
-    /// ones. Then [`Bond::weight`] is ω times that factor (0.5 to 1.9, 1 inside), and a law that wants ω itself computes
-    /// it from [`Bond::rest`]. For laws whose [`influence`](Self::influence) depends on |ξ| only.
+    /// ones. Then [`Bond::weight`] has that factor in it (0.5 to 1.9, 1 inside), and a law that wants ω itself computes it from
+    /// [`Bond::rest`]. An ω that depends on the direction too must say [`needs_influence`](Self::needs_influence), and be a
+    /// function of |ξ| times one of the direction: then a full family of that very ω is what others are compared with.
     fn compensates_surface(&self) -> bool {
         false
     }

@@ -243,8 +243,7 @@ impl World {
     /// Largest step [s] at which every body is stable, also where it rests on another or on a collider.
     pub fn stable_dt(&self) -> f64 {
         let limit = |b: &Body| b.material.stable_dt(&self.particles.of(&b.range));
-        let touching = self.relaxes().is_none() && (self.bodies.len() > 1 || !self.colliders.is_empty());
-        self.bodies.iter().map(limit).fold(f64::INFINITY, f64::min) * if touching { contact::SHARE } else { 1.0 }
+        self.bodies.iter().map(limit).fold(f64::INFINITY, f64::min)
     }
 
     /// Makes one step of `dt` by the [`Integrator`].
@@ -252,7 +251,7 @@ impl World {
     /// # Errors
     /// A force that is not finite or absurd; then nothing has changed. No equilibrium, see [`StepError::NoEquilibrium`].
     pub fn step(&mut self) -> Result<(), StepError> {
-        self.contact.note_cuts(&self.bodies);
+        self.contact.note_cuts(&self.particles, &self.bodies);
         self.bodies.iter_mut().for_each(|b| b.cuts.clear());
         let mut profile = self.profile;
         let done = match self.integrator {
@@ -280,7 +279,7 @@ impl World {
         profile.time(Phase::Integrate, || self.half_kick());
         profile.time(Phase::Contact, || self.contact());
         profile.time(Phase::Integrate, || (self.keep(), self.advance()));
-        profile.time(Phase::Respond, || self.respond()).inspect_err(|_| self.undo())?;
+        profile.time(Phase::Respond, || self.respond()).inspect_err(|_| (self.undo(), self.contact.undo()).1)?;
         profile.time(Phase::Flow, || self.flow(self.dt));
         profile.time(Phase::Fracture, || self.fracture());
         profile.time(Phase::Integrate, || self.finish());
@@ -355,8 +354,8 @@ impl World {
     /// Changes `dv` so that nothing passes anything else in this step.
     fn contact(&mut self) {
         let Self { particles, bodies, anchors, colliders, contact, dv, .. } = self;
-        let (dt, time) = (self.dt, self.time);
-        let scene = contact::Scene { particles, bodies, anchors, fall: self.gravity * dt, dt, time };
+        let (dt, time, at_positions) = (self.dt, self.time, self.integrator == Integrator::VelocityVerlet);
+        let scene = contact::Scene { particles, bodies, anchors, fall: self.gravity * dt, dt, time, at_positions };
         contact.resolve(&scene, colliders, dv);
     }
 
@@ -364,7 +363,8 @@ impl World {
     fn lean(&mut self) {
         let Self { particles, bodies, anchors, colliders, contact, dv, .. } = self;
         let time = self.time + self.dt;
-        let scene = contact::Scene { particles, bodies, anchors, fall: DVec3::ZERO, dt: 1.0, time };
+        let scene =
+            contact::Scene { particles, bodies, anchors, fall: DVec3::ZERO, dt: 1.0, time, at_positions: false };
         contact.lean(&scene, colliders, dv);
     }
 
@@ -434,6 +434,6 @@ impl World {
             anchor.visit(v);
         }
         self.colliders.iter_mut().for_each(|c| c.visit(v));
-        self.contact.forget();
+        self.contact.visit(v);
     }
 }

@@ -144,6 +144,10 @@ impl<T: Base<M>, const M: usize> BondLaw<M> for Anisotropic<T> {
         self.base.has_energy()
     }
 
+    fn compensates_surface(&self) -> bool {
+        self.base.compensates_surface()
+    }
+
     fn influence(&self, xi: DVec3, horizon: f64) -> f64 {
         horizon / (self.g * xi).length()
     }

@@ -43,7 +43,8 @@ fn the_peak_is_at_most_a_third_above_the_result() {
     let (peak, result) = (PEAK.load(SeqCst) - before, HELD.load(SeqCst) - before);
     assert!(found.neighbours.len() > 140 * points.len());
     let share = peak as f64 / result as f64;
-    assert!(share < 1.3, "{share:.3} of {result} bytes"); // measured NUMBER
+    println!("{share:.3} of {result} bytes");
+    assert!(share < 1.3); // measured NUMBER
 
     // what the clip itself keeps of the mesh is counted too, and so are the bonds that it takes away
     let clip = Clip::new(&mesh, None).unwrap();
@@ -51,5 +52,6 @@ fn the_peak_is_at_most_a_third_above_the_result() {
     PEAK.store(before, SeqCst);
     let found = families(&points, 1.45 * mesh.mean_edge(), Some(&clip)).unwrap();
     let share = (PEAK.load(SeqCst) - before) as f64 / (4 * found.neighbours.len()) as f64;
-    assert!(share < 1.4, "clipped: {share:.3}"); // measured NUMBER
+    println!("clipped {share:.3}");
+    assert!(share < 1.4); // measured NUMBER
 }

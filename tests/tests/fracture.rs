@@ -82,8 +82,7 @@ fn across_a_plane(law: &impl BondLaw<0>, delta: f64, across: f64) -> f64 {
         .map(|k| {
             let depth = (f64::from(k) + 0.5) * h;
             let bond = |xi: &DVec3, theta: f64| {
-                let weight = law.influence(*xi, delta);
-                let b = Bond { rest: xi.length(), ext: 0.0, cos: 1.0, weight, theta, inv_m: 1.0 / m, norm: 0.0 };
+                let b = Bond { theta, ..Bond::at_rest(xi.length(), law.influence(*xi, delta), 1.0 / m) };
                 Bond { ext: SMALL * law.gauge(&b), ..b }
             };
             let crossing = || family.iter().filter(|xi| xi.z > depth);

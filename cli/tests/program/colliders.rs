@@ -90,9 +90,28 @@ fn what_is_wrong_with_a_collider_is_said() {
     let inside = refused("shape = { kind = 'ball', radius = 0.03 }\nposition = [0, 0.09, 0]");
     assert!(inside.contains(&format!("bad.toml:{line}: collider `it` starts 2.")), "{inside}");
     assert!(inside.contains("deep inside body `box`"), "{inside}");
+    let late = "shape = { kind = 'ball', radius = 0.03 }\nmotion = 'keyframes'\n[[collider.keyframe]]\ntime = 1\n\
+                position = [9, 0, 0]\n[[collider.keyframe]]\ntime = 0.5\nposition = [8, 0, 0]";
+    let late = refused(late);
+    assert!(
+        late.contains("`time` = 0.5") && late.contains("later than the 1 s") && late.contains("bad.toml:"),
+        "{late}"
+    );
     let open = refused("shape = { kind = 'mesh', mesh = 'open.obj' }\nposition = [9, 0, 0]");
     assert!(open.contains("collider `it`") && open.contains("open.obj"), "{open}");
     let none = refused("shape = { kind = 'mesh', mesh = 'none.obj' }");
     assert!(none.contains("none.obj"), "{none}");
     assert!(refused("shape = { kind = 'ball', radius = 1 }\nmotion = 'free'\nmass = 0").contains("above 0 [kg]"));
+}
+
+#[test]
+fn bodies_that_start_in_each_other_are_refused() {
+    let shop = Workshop::new();
+    let (from, to) = (BOX.find("[body.box]").expect("a body"), BOX.find("[ground]").expect("a ground"));
+    let other = BOX[from..to].replace("body.box", "body.other").replace("[0, 0.09, 0]", "[0.05, 0.1, 0]");
+    shop.put("bad.toml", format!("{BOX}\n{other}"));
+    let sentence = shop.refusal(&["run", "bad.toml", "--out", "bad"]);
+    for word in ["bad.toml:", "body `other` starts ", " m deep inside body `box`", "move one of them apart"] {
+        assert!(sentence.contains(word), "{word} in {sentence}");
+    }
 }

@@ -72,9 +72,16 @@ impl Pose {
     /// nothing.
     #[inline]
     pub fn approach(&self, shape: &Shape, x: DVec3, r: f64, w: DVec3) -> Option<Approach> {
+        let arm = x - self.position;
+        if let Shape::Plane { normal } = shape {
+            // what most particles are asked about, and mostly for nothing
+            let normal = self.turn * *normal;
+            let gap = arm.dot(normal) - r;
+            let speed = if gap < 0.0 { (-PUSH.0 * gap / self.dt).min(PUSH.1) } else { -gap / self.dt };
+            return (w.dot(normal) < speed).then_some(Approach { normal, speed });
+        }
         let way = w.length() * self.dt;
         let reach = r + way;
-        let arm = x - self.position;
         if arm.length_squared() > (self.radius + reach) * (self.radius + reach) {
             return None;
         }
@@ -88,7 +95,7 @@ impl Pose {
         if gap < 0.0 {
             return found(normal, (-PUSH.0 * gap / self.dt).min(PUSH.1));
         }
-        if way <= SHORT * r || matches!(shape, Shape::Plane { .. }) {
+        if way <= SHORT * r {
             return found(normal, -gap / self.dt);
         }
         // conservative advancement: no further than the distance that is left
@@ -108,22 +115,32 @@ impl Pose {
     }
 }
 
-/// The normal speed [m/s] after a contact that asks for `least`, of what came with `speed` along the normal.
+/// The normal speed [m/s] with which what comes with `speed` leaves, but no faster than it came `before` in the step before;
+/// −∞ where it is too slow to rebound.
 #[inline]
-pub fn bounced(least: f64, speed: f64, restitution: f64) -> f64 {
+pub fn rebound(speed: f64, before: f64, restitution: f64) -> f64 {
     let rebound = -restitution * speed;
-    if rebound > QUIET { least.max(rebound) } else { least }
+    if rebound > QUIET { rebound.min(-before) } else { f64::NEG_INFINITY }
 }
 
-/// The velocity [m/s] that `w` becomes at a thing that does not give way, with Coulomb friction.
+/// The least share of the velocity `w` that damping has to leave so that it takes energy and gives none: it works along
+/// the mean of what is left and of the velocity `v` in the step before. Of that, as much as the `fall` of a step does not count.
 #[inline]
-pub fn stopped(w: DVec3, at: Approach, friction: f64, restitution: f64) -> DVec3 {
-    let speed = w.dot(at.normal);
-    let after = bounced(at.speed, speed, restitution);
+pub fn damped(w: DVec3, v: DVec3, fall: f64) -> f64 {
+    let (ww, vv) = (w.length_squared(), v.length());
+    if ww > 0.0 && vv > fall { (-w.dot(v) * (1.0 - fall / vv) / ww).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// The velocity [m/s] that `w` becomes at a thing that does not give way, with Coulomb friction; `v` is that of the step
+/// before, `fall` what gravity adds in one.
+#[inline]
+pub fn stopped(w: DVec3, v: DVec3, fall: f64, at: Approach, friction: f64, restitution: f64) -> DVec3 {
+    let (speed, before) = (w.dot(at.normal), v.dot(at.normal));
+    let after = at.speed.max(rebound(speed, before, restitution));
     let slide = w - at.normal * speed;
     let fast = slide.length();
-    let keep = if fast > 0.0 { (1.0 - friction * (after - speed) / fast).max(0.0) } else { 0.0 };
-    slide * keep + at.normal * after
+    let keep = if fast > 0.0 { 1.0 - friction * (after - speed) / fast } else { 0.0 };
+    slide * keep.max(damped(slide, v - at.normal * before, fall)) + at.normal * after
 }
 
 #[cfg(test)]
@@ -132,7 +149,7 @@ mod tests {
 
     fn step(c: &Collider, x: DVec3, r: f64, v: DVec3, dt: f64) -> DVec3 {
         match Pose::new(c, 0.0, dt).approach(&c.shape, x, r, v) {
-            Some(at) => stopped(v, at, c.friction, c.restitution),
+            Some(at) => stopped(v, v, 0.0, at, c.friction, c.restitution),
             None => v,
         }
     }

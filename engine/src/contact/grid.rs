@@ -1,7 +1,10 @@
-//! A hashed grid of cells in levels: finds balls that touch a ball, whatever their sizes.
+//! A sparse grid of cells in levels: finds balls that touch the balls of a cell, whatever their sizes.
 //!
 //! A ball lies in the cell of its middle at the level whose cells are at least its diameter wide, so a search looks at few
-//! cells of each level, and one large ball does not make the cells of all others large. Building reuses its buffers.
+//! cells of each level, and one large ball does not make the cells of all others large. Keys are Morton codes: balls in
+//! order of their keys are near each other in memory where they are in space, and those of a cell are one range.
+
+use std::ops::Range;
 
 use glam::{DVec3, I64Vec3};
 
@@ -9,85 +12,166 @@ use glam::{DVec3, I64Vec3};
 const WIDTH: f64 = 1.2;
 /// Number of levels; the last one takes everything larger.
 const LEVELS: u32 = 24;
+/// Bits of a cell's number along each axis. Cells 2¹⁹ apart share a key; that costs time and no result.
+const BITS: u32 = 19;
 
-/// Middles and reaches of balls, sorted into cells.
+/// A cell with something in it.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    key: u64,
+    level: u32,
+    place: I64Vec3,
+    start: u32,
+}
+
+/// Cells of balls that are sorted by [`Grid::key`].
 #[derive(Debug, Default)]
 pub struct Grid {
     width: f64,
-    levels: u32,
-    /// Key of each ball's cell, by ball.
-    cell: Vec<u64>,
-    /// First place of each bucket, one more than there are buckets.
-    starts: Vec<u32>,
-    /// Balls and their keys, bucket after bucket.
-    items: Vec<(u64, u32)>,
+    /// Cells in order of their keys; one more ends them.
+    cells: Vec<Cell>,
+    /// First cell of each level, and the end.
+    first: Vec<usize>,
+    /// Cell by hash of its key, plus one; 0 for none. Probed one after the other.
+    table: Vec<u32>,
 }
 
 impl Grid {
     /// Makes room for `n` balls.
     pub fn reserve(&mut self, n: usize) {
-        self.cell.reserve(n);
-        self.items.reserve(n);
-        self.starts.reserve(n.next_power_of_two() + 1);
+        self.cells.reserve(n + 1);
+        self.first.reserve(LEVELS as usize + 1);
+        self.table.reserve(2 * n.next_power_of_two());
     }
 
-    /// Sorts `n` balls, of which `ball` gives middle and reach [m].
-    pub fn build(&mut self, n: usize, ball: impl Fn(usize) -> (DVec3, f64)) {
-        let mean = (0..n).map(|k| ball(k).1).sum::<f64>() / n.max(1) as f64;
+    /// Chooses the width of cells for balls of this mean radius [m].
+    pub fn fit(&mut self, mean: f64) {
         self.width = (2.0 * WIDTH * mean).max(f64::MIN_POSITIVE);
-        self.levels = 0;
-        let buckets = n.next_power_of_two();
-        self.cell.clear();
-        self.starts.clear();
-        self.starts.resize(buckets + 1, 0);
+    }
+
+    /// What balls are to be sorted by: the cell of a ball of radius `reach` [m] about `x`.
+    pub fn key(&self, x: DVec3, reach: f64) -> u64 {
+        let (level, place) = self.cell(x, reach);
+        key(level, place)
+    }
+
+    fn cell(&self, x: DVec3, reach: f64) -> (u32, I64Vec3) {
+        let level = ((2.0 * reach / self.width).log2().ceil().max(0.0) as u32).min(LEVELS - 1);
+        (level, (x / self.width_of(level)).floor().as_i64vec3())
+    }
+
+    /// Takes `n` balls, of which `ball` gives middle and radius [m], in order of their keys.
+    pub fn build(&mut self, n: usize, ball: impl Fn(usize) -> (DVec3, f64)) {
+        self.cells.clear();
         for k in 0..n {
             let (x, reach) = ball(k);
-            let level = ((2.0 * reach / self.width).log2().ceil().max(0.0) as u32).min(LEVELS - 1);
-            self.levels |= 1 << level;
-            let key = key(level, cell(x, self.width_of(level)));
-            self.cell.push(key);
-            self.starts[bucket(key, buckets) + 1] += 1;
+            let (level, place) = self.cell(x, reach);
+            let key = key(level, place);
+            if self.cells.last().is_none_or(|c| c.key != key) {
+                self.cells.push(Cell { key, level, place, start: k as u32 });
+            }
         }
-        for b in 0..buckets {
-            self.starts[b + 1] += self.starts[b];
+        let cells = self.cells.len();
+        self.first.clear();
+        self.first.extend((0..=LEVELS).map(|level| self.cells.partition_point(|c| c.level < level)));
+        self.table.clear();
+        self.table.resize(2 * cells.next_power_of_two(), 0);
+        let mask = self.table.len() - 1;
+        for c in 0..cells {
+            let mut slot = hash(self.cells[c].key) & mask;
+            while self.table[slot] != 0 {
+                slot = (slot + 1) & mask;
+            }
+            self.table[slot] = c as u32 + 1;
         }
-        self.items.clear();
-        self.items.resize(n, (0, 0));
-        // from the back, so that a bucket's balls stay in order and its start ends where it began
-        for k in (0..n).rev() {
-            let b = bucket(self.cell[k], buckets) + 1;
-            self.starts[b] -= 1;
-            self.items[self.starts[b] as usize] = (self.cell[k], k as u32);
-        }
-        // the ends have become starts: shift them back
-        self.starts.remove(0);
-        self.starts.push(n as u32);
+        self.cells.push(Cell { key: u64::MAX, level: LEVELS, place: I64Vec3::ZERO, start: n as u32 });
     }
 
-    /// Calls `found` with every ball whose cell may hold one that touches the ball of `reach` [m] about `x`.
-    #[inline]
-    pub fn near(&self, x: DVec3, reach: f64, mut found: impl FnMut(u32)) {
-        let buckets = self.starts.len() - 1;
-        let mut levels = self.levels;
-        while levels != 0 {
-            let level = levels.trailing_zeros();
-            levels &= levels - 1;
+    /// The cell that ball `k` is in.
+    pub fn cell_of(&self, k: usize) -> usize {
+        self.cells.partition_point(|c| c.start as usize <= k) - 1
+    }
+
+    /// The balls of a cell.
+    pub fn balls(&self, cell: usize) -> Range<usize> {
+        self.cells[cell].start as usize..self.cells[cell + 1].start as usize
+    }
+
+    /// Middle of a cell [m].
+    pub fn middle(&self, cell: usize) -> DVec3 {
+        let c = &self.cells[cell];
+        (c.place.as_dvec3() + 0.5) * self.width_of(c.level)
+    }
+
+    /// Calls `found` with ranges of balls that hold all which may touch one of `cell`, its own among them.
+    pub fn near(&self, cell: usize, mut found: impl FnMut(Range<usize>)) {
+        let home = self.cells[cell];
+        for level in 0..LEVELS {
+            let there = self.first[level as usize]..self.first[level as usize + 1];
+            if there.is_empty() {
+                continue;
+            }
+            // two balls touch within half the sum of the widths; in cells of `level`, the far end left out
+            let (low, high) = if level <= home.level {
+                let s = home.level - level;
+                let margin = (1 + (1_i64 << s) + 1) / 2;
+                ((home.place << s) - margin, ((home.place + 1) << s) - 1 + margin)
+            } else {
+                let s = level - home.level;
+                let (wide, twice) = (1_i64 << s, home.place * 2);
+                ((twice - (1 + wide)) >> (s + 1), (twice + (2 + wide)) >> (s + 1))
+            };
+            self.inside(level, there, low, high, &mut found);
+        }
+    }
+
+    /// Calls `found` with ranges of balls that hold all which may touch the ball of `reach` [m] about `x`.
+    pub fn around(&self, x: DVec3, reach: f64, mut found: impl FnMut(Range<usize>)) {
+        for level in 0..LEVELS {
+            let there = self.first[level as usize]..self.first[level as usize + 1];
             let width = self.width_of(level);
-            let around = DVec3::splat(reach + 0.5 * width);
-            let (low, high) = (cell(x - around, width), cell(x + around, width));
-            for i in low.x..=high.x {
-                for j in low.y..=high.y {
-                    for k in low.z..=high.z {
-                        let key = key(level, I64Vec3::new(i, j, k));
-                        let b = bucket(key, buckets);
-                        for &(other, item) in &self.items[self.starts[b] as usize..self.starts[b + 1] as usize] {
-                            if other == key {
-                                found(item);
-                            }
-                        }
+            let far = DVec3::splat(reach + 0.5 * width);
+            let place = |x: DVec3| (x / width).floor().as_i64vec3();
+            self.inside(level, there, place(x - far), place(x + far), &mut found);
+        }
+    }
+
+    /// Calls `found` with the balls of the cells from `low` to `high` of a level, whose cells are `there`.
+    fn inside(
+        &self,
+        level: u32,
+        mut there: Range<usize>,
+        low: I64Vec3,
+        high: I64Vec3,
+        found: &mut impl FnMut(Range<usize>),
+    ) {
+        if (high - low + 1).as_dvec3().element_product() > there.len() as f64 {
+            let inside = |c: &usize| {
+                let place = self.cells[*c].place;
+                place.cmpge(low).all() && place.cmple(high).all()
+            };
+            return there.by_ref().filter(inside).for_each(|c| found(self.balls(c)));
+        }
+        for i in low.x..=high.x {
+            for j in low.y..=high.y {
+                for k in low.z..=high.z {
+                    if let Some(c) = self.find(key(level, I64Vec3::new(i, j, k))) {
+                        found(self.balls(c));
                     }
                 }
             }
+        }
+    }
+
+    fn find(&self, key: u64) -> Option<usize> {
+        let mask = self.table.len() - 1;
+        let mut slot = hash(key) & mask;
+        loop {
+            let cell = self.table[slot].checked_sub(1)? as usize;
+            if self.cells[cell].key == key {
+                return Some(cell);
+            }
+            slot = (slot + 1) & mask;
         }
     }
 
@@ -96,18 +180,21 @@ impl Grid {
     }
 }
 
-fn cell(x: DVec3, width: f64) -> I64Vec3 {
-    (x / width).floor().as_i64vec3()
+/// A cell as one number: the level, then the bits of its place along the axes in turn.
+fn key(level: u32, place: I64Vec3) -> u64 {
+    let spread = |x: i64| {
+        let mut v = x as u64 & ((1 << BITS) - 1);
+        v = (v | v << 32) & 0x1F_0000_0000_FFFF;
+        v = (v | v << 16) & 0x1F_0000_FF00_00FF;
+        v = (v | v << 8) & 0x100F_00F0_0F00_F00F;
+        v = (v | v << 4) & 0x10C3_0C30_C30C_30C3;
+        (v | v << 2) & 0x1249_2492_4924_9249
+    };
+    u64::from(level) << (3 * BITS) | spread(place.x) << 2 | spread(place.y) << 1 | spread(place.z)
 }
 
-/// A cell as one number. Two cells in reach of one ball share it with probability 2⁻⁶⁴, and then a ball is found twice.
-fn key(level: u32, c: I64Vec3) -> u64 {
-    let mix = |h: u64, x: i64| (h ^ x as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(29);
-    mix(mix(mix(mix(1, i64::from(level)), c.x), c.y), c.z)
-}
-
-fn bucket(key: u64, buckets: usize) -> usize {
-    (key ^ key >> 32) as usize & (buckets - 1)
+fn hash(key: u64) -> usize {
+    (key.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 32) as usize
 }
 
 #[cfg(test)]
@@ -118,25 +205,35 @@ mod tests {
     #[test]
     fn everything_that_touches_is_found_once_whatever_its_size() {
         let unit = |k: usize| unit(k as u64);
-        let ball = |k: usize| {
-            let x = DVec3::new(unit(4 * k + 1), unit(4 * k + 2), unit(4 * k + 3)) * 4.0 - 2.0;
-            (x, 0.05 + 0.6 * unit(4 * k + 4).powi(12))
-        };
-        let n = 800;
+        let mut balls: Vec<(DVec3, f64)> = (0..800)
+            .map(|k| {
+                let x = DVec3::new(unit(4 * k + 1), unit(4 * k + 2), unit(4 * k + 3)) * 4.0 - 2.0;
+                (x, 0.05 + 0.6 * unit(4 * k + 4).powi(12))
+            })
+            .collect();
         let mut grid = Grid::default();
         for _ in 0..2 {
-            grid.build(n, ball); // the second time into used buffers
+            grid.fit(0.08); // the second time into used buffers
+            balls.sort_by_key(|&(x, reach)| grid.key(x, reach));
+            grid.build(balls.len(), |k| balls[k]);
         }
-        for k in 0..n {
-            let (x, reach) = ball(k);
-            let touching = |j: &u32| ball(*j as usize).0.distance(x) < reach + ball(*j as usize).1;
-            let mut found = Vec::new();
-            grid.near(x, reach, |j| found.push(j));
+        for k in 0..balls.len() {
+            let (x, reach) = balls[k];
+            let touching = |j: &usize| balls[*j].0.distance(x) < reach + balls[*j].1;
+            let (mut found, cell) = (Vec::new(), grid.cell_of(k));
+            assert!(grid.balls(cell).contains(&k));
+            grid.near(cell, |balls| found.extend(balls));
             found.retain(touching);
             found.sort_unstable();
-            let want: Vec<u32> = (0..n as u32).filter(touching).collect();
+            let want: Vec<usize> = (0..balls.len()).filter(touching).collect();
+            assert_eq!(found, want);
+            found.clear();
+            grid.around(x, reach, |balls| found.extend(balls));
+            found.retain(touching);
+            found.sort_unstable();
             assert_eq!(found, want);
         }
-        assert!(grid.levels.count_ones() > 2, "one size only: {:b}", grid.levels);
+        let levels = grid.first.windows(2).filter(|w| w[0] < w[1]).count();
+        assert!(levels > 2, "{levels} levels only");
     }
 }

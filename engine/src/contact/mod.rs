@@ -8,10 +8,13 @@
 //! ```
 
 pub mod approach;
+mod cluster;
 pub mod collider;
 mod grid;
+mod memory;
 pub mod mesh;
 mod neighbours;
+pub mod overlap;
 mod pairs;
 mod rigid;
 pub mod shape;
@@ -27,7 +30,7 @@ use self::pairs::Pairs;
 use self::rigid::{Motions, Mover, Other};
 pub use self::shape::{Shape, ShapeError};
 use crate::anchor::Anchor;
-use crate::bonds::CHUNK;
+use crate::column::Visitor;
 use crate::particles::Particles;
 use crate::world::Body;
 
@@ -35,12 +38,8 @@ use crate::world::Body;
 /// than 0.43 horizons deep.
 const FULL: f64 = 0.8;
 
-/// Share of the bodies' stable step where something may touch. Contact limits velocities half a step after positions, which
-/// feeds the fastest modes near their limit: at 0.8 stable steps a pile of eight bricks shakes with 2e-2 of the energy of its
-/// fall for good, at 0.6 with 1e-6.
-pub(crate) const SHARE: f64 = 0.75;
-
-/// How particles meet each other, and what contact keeps from step to step: only memory, no state.
+/// How particles meet each other, and what contact keeps from step to step: what touching pairs remember, else nothing that
+/// matters to a result.
 #[derive(Debug)]
 pub struct Contact {
     /// Whether particles meet each other at all; colliders they meet always.
@@ -90,6 +89,9 @@ pub(crate) struct Scene<'a> {
     pub dt: f64,
     /// Time at the start of the step [s].
     pub time: f64,
+    /// Whether velocities belong to the time of positions and `dv` to half a step, as in velocity Verlet; else velocities
+    /// are those of the step before.
+    pub at_positions: bool,
 }
 
 impl Scene<'_> {
@@ -97,6 +99,12 @@ impl Scene<'_> {
     #[inline]
     fn velocity(&self, i: usize, dv: &[DVec3]) -> DVec3 {
         self.particles.velocity[i] + dv[i]
+    }
+
+    /// Velocity in the step before [m/s].
+    #[inline]
+    fn before(&self, i: usize, dv: &[DVec3]) -> DVec3 {
+        self.particles.velocity[i] - if self.at_positions { dv[i] } else { DVec3::ZERO }
     }
 }
 
@@ -109,8 +117,6 @@ struct Still {
     surface: Vec<bool>,
     /// Bulk modulus [Pa]; infinite where the material has none, which leaves stiffness to the time step.
     modulus: Vec<f32>,
-    /// Of each body: whether the neighbours in every row of bonds ascend.
-    sorted: Vec<bool>,
     /// Whether an anchor holds it in this step.
     held: Vec<bool>,
 }
@@ -119,21 +125,19 @@ impl Still {
     fn of(scene: &Scene<'_>) -> Self {
         let p = scene.particles;
         let radius: Vec<f64> = p.volume.par_iter().map(|v| 0.5 * v.cbrt()).collect();
-        let mut sorted = vec![true; scene.bodies.len()];
         let (mut surface, mut modulus) = (vec![true; p.len()], vec![f32::INFINITY; p.len()]);
-        for (b, sorted) in scene.bodies.iter().zip(&mut sorted) {
+        for b in scene.bodies {
             let kappa = b.material.bulk_moduli();
             modulus[b.range.clone()].iter_mut().zip(kappa).for_each(|(m, kappa)| *m = kappa as f32);
             let Some(bonds) = b.material.bonds() else { continue };
-            let row = |i: usize| &bonds.neighbours[bonds.chunks(i).start * CHUNK..][..bonds.family[i] as usize];
-            *sorted = (0..bonds.rows()).into_par_iter().all(|i| row(i).is_sorted());
             let volume = &p.volume[b.range.clone()];
             let full = FULL * 4.0 / 3.0 * std::f64::consts::PI * b.horizon.powi(3);
             surface[b.range.clone()].par_iter_mut().enumerate().for_each(|(i, surface)| {
-                *surface = volume[i] + row(i).iter().map(|&j| volume[j as usize]).sum::<f64>() < full;
+                let family = bonds.built(i).map(|slot| volume[bonds.neighbours[slot] as usize]);
+                *surface = volume[i] + family.sum::<f64>() < full;
             });
         }
-        Self { radius, surface, modulus, sorted, held: Vec::new() }
+        Self { radius, surface, modulus, held: Vec::new() }
     }
 
     /// One over the mass [1/kg]; 0 while it is held.
@@ -160,13 +164,20 @@ impl Contact {
     }
 
     /// Takes note of what the step before has cut.
-    pub(crate) fn note_cuts(&mut self, bodies: &[Body]) {
-        self.pairs.neighbours.note_cuts(bodies);
+    pub(crate) fn note_cuts(&mut self, particles: &Particles, bodies: &[Body]) {
+        self.pairs.neighbours.note_cuts(particles, &self.still, bodies);
     }
 
-    /// Forgets the rows of neighbours, because the particles may have been replaced. Changes no result.
-    pub(crate) fn forget(&mut self) {
+    /// Shows what touching pairs remember. Forgets the rows of neighbours, because the particles may have been replaced; that
+    /// changes no result.
+    pub(crate) fn visit(&mut self, v: &mut Visitor<'_>) {
+        self.pairs.memory.visit(v);
         self.pairs.neighbours.rank.clear();
+    }
+
+    /// Takes back what the last step has put into memory.
+    pub(crate) fn undo(&mut self) {
+        self.pairs.memory.undo();
     }
 
     /// Adds to `dv` what contacts change in this step; [`carry`](Self::carry) does the same for free colliders.
@@ -175,16 +186,13 @@ impl Contact {
             self.still = Still::of(scene);
         }
         self.hold(scene, dv);
-        if self.between {
-            let mut pairs = std::mem::take(&mut self.pairs);
-            pairs.resolve(self, scene, &self.still, dv);
-            self.pairs = pairs;
-        }
-        if colliders.is_empty() {
-            return;
-        }
         self.rigid.poses.clear();
         self.rigid.poses.extend(colliders.iter().map(|c| Pose::new(c, scene.time, scene.dt)));
+        if self.between {
+            let mut pairs = std::mem::take(&mut self.pairs);
+            pairs.resolve(self, scene, &self.still, |i, u| self.stopped(scene, colliders, i, u), dv);
+            self.pairs = pairs;
+        }
         if colliders.iter().any(Collider::is_free) {
             self.push_free(scene, colliders, dv);
         }
@@ -265,19 +273,27 @@ impl Contact {
 
     /// Every particle at the colliders that do not give way.
     fn stop(&self, scene: &Scene<'_>, colliders: &[Collider], dv: &mut [DVec3]) {
-        let (p, radius) = (scene.particles, &self.still.radius);
-        let firm = || colliders.iter().zip(&self.rigid.poses).filter(|(c, _)| !c.is_free());
+        if colliders.iter().all(Collider::is_free) {
+            return;
+        }
         dv.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, dv)| {
-            let (x, before) = (p.position[i], p.velocity[i] + *dv);
-            let mut v = before;
-            for (c, pose) in firm() {
-                let path = pose.velocity(x);
-                if let Some(at) = pose.approach(&c.shape, x, radius[i], v - path) {
-                    v = path + stopped(v - path, at, c.friction, c.restitution);
-                }
-            }
-            *dv += v - before;
+            let u = scene.particles.velocity[i] + *dv;
+            *dv += self.stopped(scene, colliders, i, u) - u;
         });
+    }
+
+    /// What the velocity `u` of particle `i` becomes at the colliders that do not give way [m/s].
+    #[inline]
+    fn stopped(&self, scene: &Scene<'_>, colliders: &[Collider], i: usize, u: DVec3) -> DVec3 {
+        let (x, before, fall) = (scene.particles.position[i], scene.particles.velocity[i], scene.fall.length());
+        let mut v = u;
+        for (c, pose) in colliders.iter().zip(&self.rigid.poses).filter(|(c, _)| !c.is_free()) {
+            let path = pose.velocity(x);
+            if let Some(at) = pose.approach(&c.shape, x, self.still.radius[i], v - path) {
+                v = path + stopped(v - path, before - path, fall, at, c.friction, c.restitution);
+            }
+        }
+        v
     }
 }
 

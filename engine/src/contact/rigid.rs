@@ -7,7 +7,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::approach::{Approach, Pose, bounced};
+use super::approach::{Approach, Pose, rebound};
 use super::collider::Collider;
 
 /// Passes over the list. One stops what is light on what is heavy; a box on its corners needs some more.
@@ -165,7 +165,7 @@ impl Motions<'_> {
 impl Contact {
     /// A contact with the velocity `w` of the other relative to the collider, before any impulse.
     pub fn new(body: u32, other: Other, x: DVec3, at: Approach, w: DVec3, friction: f64, restitution: f64) -> Self {
-        let speed = bounced(at.speed, w.dot(at.normal), restitution);
+        let speed = at.speed.max(rebound(w.dot(at.normal), f64::NEG_INFINITY, restitution));
         Self { body, other, x, normal: at.normal, speed, friction, along: 0.0, across: DVec3::ZERO }
     }
 }

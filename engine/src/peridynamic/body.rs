@@ -192,7 +192,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             }
         }
         let (laws, regions) = (&self.laws, &self.regions.rows[..]);
-        let (bonds, chunks) = Bonds::grouped(&g.families, p.rest, regions, |i, j, xi| {
+        let (bonds, chunks) = Bonds::grouped(g.families, p.rest, regions, |i, j, xi| {
             let middle = 0.5 * (p.rest[i].as_dvec3() + p.rest[j].as_dvec3());
             let of = |region: u8| laws[usize::from(region)].influence_at(middle, xi, self.horizon);
             match (regions.get(i), regions.get(j)) {
@@ -201,18 +201,23 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             }
         });
         (self.bonds, self.regions.chunks) = (bonds, chunks.into());
-        drop(g.families);
         let mut m = weighted_volumes(&self.bonds, p.rest, p.volume);
+        if self.laws().needs_influence() {
+            self.influence.set(self.bonds.weight.to_vec());
+        }
         // the factor belongs to the geometry, so it is for bodies all of whose laws want it
         if self.laws.iter().all(T::compensates_surface) {
-            surface::compensate(&mut self.bonds, p.rest, p.volume, &m);
+            let full = |i: usize| match &laws[usize::from(regions.get(i).copied().unwrap_or(0))] {
+                law if law.needs_influence() => {
+                    surface::full_family(|n| law.influence_at(p.rest[i].as_dvec3(), n * self.horizon, self.horizon))
+                }
+                _ => surface::SPHERE,
+            };
+            surface::compensate(&mut self.bonds, p.rest, p.volume, &m, &full);
             // of the new weights: θ is exact for a pure dilatation, and any κ > 0 is stable beside any μ
             m = weighted_volumes(&self.bonds, p.rest, p.volume);
         }
         self.inv_m = m.iter().map(|m| 1.0 / m).collect::<Vec<_>>().into();
-        if self.laws().needs_influence() {
-            self.influence.set(self.bonds.weight.to_vec());
-        }
         let ends = self.bonds.weight.to_mut().iter_mut().zip(&self.bonds.neighbours[..]);
         ends.for_each(|(weight, &j)| *weight = (f64::from(*weight) * p.volume[j as usize]) as f32);
         let slots = self.bonds.neighbours.len();
@@ -277,7 +282,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             let base = scene.chunks(rows.start).start * CHUNK;
             let (mut own, mut twin) = (own.map(|c| c.values), twin.map(|c| c.values));
             for i in rows.filter(|&i| s.outlook[i].flows) {
-                scene.flow(laws, laws.own(i), i, dt, base, &mut own, &mut twin);
+                scene.flow(laws, laws.own(i), i, dt, base, [&mut own, &mut twin]);
             }
         });
     }
@@ -290,7 +295,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         let (scene, memory, laws) = (self.scene(), self.memory(), self.laws());
         let density: Vec<f64> = (0..p.len())
             .into_par_iter()
-            .map(|i| scene.energy(&memory, laws, laws.own(i), i) + laws.own(i).theta_energy(self.scratch.theta[i]))
+            .map(|i| scene.energy(&memory, laws, i) + laws.own(i).theta_energy(self.scratch.theta[i]))
             .collect();
         Some(density.iter().zip(p.volume).map(|(w, v)| w * v).sum())
     }

@@ -25,6 +25,8 @@
 //! Each row is summed by one thread in a fixed order and writes only itself, so the result has the same bits on any
 //! number of threads. A chunk whose bonds are all broken is skipped: as bonds break, steps get faster.
 
+use std::marker::PhantomData;
+
 use glam::DVec3;
 
 use super::parts::{Criteria, Laws};
@@ -107,32 +109,11 @@ macro_rules! for_each_lane {
 }
 
 /// What all bonds of a row have in common.
-struct Home<'a, R, T> {
-    law: &'a T,
+struct Home<R, T> {
     record: R,
     norm: f64,
     needs_cos: bool,
-}
-
-impl<R, T> Home<'_, R, T> {
-    #[inline(always)]
-    fn minding<const M: usize>(self, laws: Laws<'_, T, M>) -> Self
-    where
-        T: BondLaw<M>,
-    {
-        Self { needs_cos: laws.needs_cos(), ..self }
-    }
-
-    /// The same where what [`Laws::needs_cos`] answers is known. A law decides by it what else it computes (the formulation
-    /// of Chen et al. as written); told here, it does not ask in every bond.
-    #[inline(always)]
-    fn knowing<const COS: bool, const M: usize>(self) -> Self
-    where
-        T: BondLaw<M>,
-    {
-        assert!(T::SEVERAL || self.law.needs_cos() == COS);
-        Self { needs_cos: COS, ..self }
-    }
+    law: PhantomData<T>,
 }
 
 /// One chunk's geometry: what both sides of its bonds share.
@@ -171,21 +152,18 @@ impl<'a, R: Record> Scene<'a, R> {
         self.offsets[i] as usize..self.offsets[i + 1] as usize
     }
 
-    /// Row `i`, whose law is `law`.
+    /// Row `i`, whose law is `law`; `needs_cos` is the answer of [`Laws::needs_cos`]. A law decides by the same what else it
+    /// computes (the formulation of Chen et al. as written): where the answer is a constant, it does not ask in every bond.
     #[inline(always)]
-    fn home<'l, T>(&self, law: &'l T, i: usize) -> Home<'l, R, T> {
+    fn home<T: BondLaw<M>, const M: usize>(&self, law: &T, i: usize, needs_cos: bool) -> Home<R, T> {
+        assert!(T::SEVERAL || law.needs_cos() == needs_cos);
         let norm = if self.norm.is_empty() { 0.0 } else { self.norm[i] };
-        Home { law, record: self.records[i], norm, needs_cos: false }
+        Home { record: self.records[i], norm, needs_cos, law: PhantomData }
     }
 
     /// The bonds of the lane at `slot` of the row as a law sees them from both sides.
     #[inline(always)]
-    fn bond<T: BondLaw<M>, const M: usize>(
-        &self,
-        home: &Home<'_, R, T>,
-        slot: usize,
-        ends: Ends<'_>,
-    ) -> Geometry<R::Lane> {
+    fn bond<T: BondLaw<M>, const M: usize>(&self, home: &Home<R, T>, slot: usize, ends: Ends<'_>) -> Geometry<R::Lane> {
         let of = <R::Lane as Lane>::of;
         let dot = |a: [R::Lane; 3], b: [R::Lane; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let plus = |a: [R::Lane; 3], b: [R::Lane; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
@@ -224,7 +202,7 @@ impl<'a, R: Record> Scene<'a, R> {
 
     #[inline(never)]
     fn dilatation_row<T: BondLaw<M>, const M: usize, const COS: bool>(&self, law: &T, i: usize) -> f64 {
-        let home = self.home(law, i).knowing::<COS, M>();
+        let home = self.home(law, i, COS);
         let mut sum = R::Lane::of(0.0);
         for_each_lane!(self, R, i, |slot, intact, ends| {
             let g = self.bond(&home, slot, ends);
@@ -242,7 +220,7 @@ impl<'a, R: Record> Scene<'a, R> {
         law: &T,
         i: usize,
     ) -> f64 {
-        let home = self.home(law, i).minding(laws);
+        let home = self.home(law, i, laws.needs_cos());
         let mut sum = R::Lane::of(0.0);
         for_each_lane!(self, R, i, |slot, intact, ends| {
             let g = self.bond(&home, slot, ends);
@@ -275,7 +253,7 @@ impl<'a, R: Record> Scene<'a, R> {
         criteria: Criteria<'_, T, C, M>,
         i: usize,
     ) -> (DVec3, Outlook) {
-        let home = self.home(law, i).knowing::<COS, M>();
+        let home = self.home(law, i, COS);
         let mut sum = [R::Lane::of(0.0); 3];
         let none = R::Lane::unpack(0);
         let (mut suspects, mut flowing) = (none, none);
@@ -307,13 +285,13 @@ impl<'a, R: Record> Scene<'a, R> {
         &self,
         memory: &Memory<'_, M>,
         laws: Laws<'_, T, M>,
-        law: &T,
         criteria: Criteria<'_, T, C, M>,
         i: usize,
         chunk: usize,
         damage: &[f32],
     ) -> u8 {
-        let home = self.home(law, i).minding(laws);
+        let law = laws.own(i);
+        let home = self.home(law, i, laws.needs_cos());
         let mut out = 0;
         for part in 0..CHUNK / R::Lane::WIDTH {
             let slot = chunk * CHUNK + part * R::Lane::WIDTH;
@@ -340,10 +318,9 @@ impl<'a, R: Record> Scene<'a, R> {
         i: usize,
         dt: f64,
         base: usize,
-        own: &mut [&mut [f32]; M],
-        twin: &mut [&mut [f32]; M],
+        [own, twin]: [&mut [&mut [f32]; M]; 2],
     ) {
-        let home = self.home(law, i).minding(laws);
+        let home = self.home(law, i, laws.needs_cos());
         for_each_lane!(self, R, i, |slot, intact, ends| {
             let g = self.bond(&home, slot, ends);
             let mask = R::Lane::unpack(intact);
@@ -360,14 +337,9 @@ impl<'a, R: Record> Scene<'a, R> {
     }
 
     /// Energy Σ_j w_ij V_j of the directed bonds of row `i` [J/m³].
-    pub fn energy<T: BondLaw<M>, const M: usize>(
-        &self,
-        memory: &Memory<'_, M>,
-        laws: Laws<'_, T, M>,
-        law: &T,
-        i: usize,
-    ) -> f64 {
-        let home = self.home(law, i).minding(laws);
+    pub fn energy<T: BondLaw<M>, const M: usize>(&self, memory: &Memory<'_, M>, laws: Laws<'_, T, M>, i: usize) -> f64 {
+        let law = laws.own(i);
+        let home = self.home(law, i, laws.needs_cos());
         let mut sum = R::Lane::of(0.0);
         for_each_lane!(self, R, i, |slot, intact, ends| {
             let g = self.bond(&home, slot, ends);

@@ -128,9 +128,9 @@ mod tests {
         let mut growth = Growth::default();
         let fine = 16.0 / f64::from(1u32 << 31);
         assert_eq!(quantum(&mut growth, 0.001, 0.0, false), 2f64.powi(-9 - 30));
-        assert_eq!(quantum(&mut growth, 1e3, 0.1, false), fine);
-        assert_eq!(quantum(&mut growth, 1e3, 17.0, false), 1024.0 / f64::from(1 << 30));
-        assert_eq!(quantum(&mut growth, 1e3, 17.0, true), fine);
+        assert_eq!(quantum(&mut growth, 900.0, 0.1, false), fine);
+        assert_eq!(quantum(&mut growth, 900.0, 17.0, false), 1024.0 / f64::from(1 << 30));
+        assert_eq!(quantum(&mut growth, 900.0, 17.0, true), fine);
         // counts further out than this would lose bits of f64
         assert!(quantum(&mut growth, 1e8, 0.1, false) > fine);
     }

@@ -1,6 +1,6 @@
 //! From what a scene says of rigid things to colliders.
 
-use fissure_engine::contact::Mesh;
+use fissure_engine::contact::{Mesh, overlap};
 use fissure_engine::{Collider, Integrator, Keyframe, Motion, Shape, World};
 use fissure_meshing::surface::{PrepareOptions, prepare};
 use fissure_meshing::{TriMesh, shapes};
@@ -101,10 +101,11 @@ fn shape(told: &ColliderShape, fresh: bool) -> Result<Shape, String> {
     })
 }
 
-/// Refuses a scene in which a collider holds the middle of a particle. The ground pushes such ones out instead.
+/// Refuses a scene in which a collider holds the middle of a particle, or two bodies have particles in one place. The ground
+/// pushes such ones out instead.
 ///
 /// # Errors
-/// The collider and the body that overlap most, and how deep.
+/// The collider and the body, or the bodies, that overlap most, and how deep.
 pub(super) fn check_start(scene: &Scene, world: &World) -> Result<(), SimulationError> {
     let first = usize::from(scene.ground.is_some());
     for (k, c) in world.colliders[first..].iter().enumerate() {
@@ -127,6 +128,17 @@ pub(super) fn check_start(scene: &Scene, world: &World) -> Result<(), Simulation
                 return Err(SceneError::Wrong { place: scene.locate_collider(k), message }.into());
             }
         }
+    }
+    if world.contact.between
+        && let Some(found) = overlap::deepest(world)
+    {
+        let [a, b] = found.bodies.map(|b| &world.bodies[b].name);
+        let (depth, DVec3 { x, y, z }) = (found.depth, found.place);
+        let message = format!(
+            "body `{b}` starts {depth:.3e} m deep inside body `{a}`, at ({x:.4}, {y:.4}, {z:.4}); move one of them apart, \
+             or set contact.particles = \"off\""
+        );
+        return Err(SceneError::Wrong { place: scene.locate(b, "translate", ""), message }.into());
     }
     Ok(())
 }

@@ -1,0 +1,157 @@
+//! What touching particles remember: how far each pair has slipped elastically. The only state of contact between particles.
+//!
+//! Rows come and go, so the memory is kept by particle: the touches of each row of the step before, in order of the other
+//! particle. A checkpoint gets every pair once.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::neighbours::{NONE, Neighbours};
+use crate::buffer::Buffer;
+use crate::column::{Column, Of, Visitor};
+
+/// Touches per row that room is made for at once, on the mean of a block; address space only, until it is used.
+const ROOM: usize = 24;
+
+/// Another particle that a row's own touches.
+#[derive(Clone, Copy, Debug)]
+pub struct Touch {
+    /// Which particle, and which member.
+    pub particle: u32,
+    pub member: u32,
+    /// Distance at which they touch [m].
+    pub d: f64,
+    /// How far the other has slipped along the contact against an elastic force [m].
+    pub slip: DVec3,
+    /// Impulse along the normal in this step [kg m/s].
+    pub along: f64,
+}
+
+/// Touches of a block of rows.
+#[derive(Debug, Default)]
+pub struct Block {
+    /// Particle of each row.
+    pub rows: Vec<u32>,
+    pub ends: Vec<u32>,
+    pub touches: Vec<Touch>,
+}
+
+impl Block {
+    fn clear(&mut self) {
+        self.rows.clear();
+        self.ends.clear();
+        self.touches.clear();
+    }
+
+    /// The touches of a row.
+    pub fn row(&self, k: usize) -> std::ops::Range<usize> {
+        let start = if k == 0 { 0 } else { self.ends[k - 1] };
+        start as usize..self.ends[k] as usize
+    }
+}
+
+/// The touches of this step and of the one before.
+#[derive(Debug, Default)]
+pub struct Memory {
+    pub now: Vec<Block>,
+    before: Vec<Block>,
+    /// Row of each particle in `before`, or [`NONE`].
+    row: Vec<u32>,
+    /// How often rows had been made when `row` was.
+    builds: u64,
+    /// What a restart has brought, pairs in both directions and in order; it stands for `before` until the next step.
+    restored: Option<Vec<(u64, DVec3)>>,
+}
+
+impl Memory {
+    /// Makes the touches of the step before out of the present ones; room for rows of `n` particles.
+    pub fn turn(&mut self, n: usize) {
+        for side in [&mut self.now, &mut self.before] {
+            side.resize_with(n.div_ceil(Neighbours::BLOCK), || Block {
+                rows: Vec::with_capacity(Neighbours::BLOCK),
+                ends: Vec::with_capacity(Neighbours::BLOCK),
+                touches: Vec::with_capacity(Neighbours::BLOCK * ROOM),
+            });
+        }
+        std::mem::swap(&mut self.now, &mut self.before);
+        self.now.iter_mut().for_each(Block::clear);
+    }
+
+    /// The step before, beside the present one.
+    pub fn split(&mut self) -> (&mut [Block], Past<'_>) {
+        let past = Past { blocks: &self.before, row: &self.row, restored: self.restored.as_deref() };
+        (&mut self.now, past)
+    }
+
+    /// Ends a step whose rows belong to `neighbours`.
+    pub fn settle(&mut self, neighbours: &Neighbours) {
+        self.restored = None;
+        if self.builds != neighbours.builds || self.row.len() != neighbours.rank.len() {
+            self.builds = neighbours.builds;
+            self.row.clone_from(&neighbours.rank);
+        }
+    }
+
+    /// Back to the touches of the step before.
+    pub fn undo(&mut self) {
+        std::mem::swap(&mut self.now, &mut self.before);
+        self.restored = Some(self.pairs());
+    }
+
+    /// All pairs that touch, in both directions and in order.
+    fn pairs(&self) -> Vec<(u64, DVec3)> {
+        if let Some(restored) = &self.restored {
+            return restored.clone();
+        }
+        let of_block = |b: &'_ Block| -> Vec<(u64, DVec3)> {
+            let row = |k: usize| b.touches[b.row(k)].iter().map(move |t| (key(b.rows[k], t.particle), t.slip));
+            (0..b.rows.len()).flat_map(row).collect()
+        };
+        let mut pairs: Vec<_> = self.now.iter().flat_map(of_block).collect();
+        pairs.par_sort_unstable_by_key(|p| p.0);
+        pairs
+    }
+
+    /// Shows every pair once.
+    pub fn visit(&mut self, v: &mut Visitor<'_>) {
+        const SCOPE: &str = "contact";
+        let pairs = self.pairs();
+        let once = || pairs.iter().filter(|(key, _)| key >> 32 < key & u64::from(u32::MAX));
+        let mut first = Buffer::new(once().map(|p| (p.0 >> 32) as u32).collect());
+        let mut second = Buffer::new(once().map(|p| p.0 as u32).collect());
+        let mut slip = Buffer::new(once().map(|p| p.1).collect());
+        v(SCOPE, &Column::live("touching_first", "1", Of::Thing), &mut first);
+        v(SCOPE, &Column::live("touching_second", "1", Of::Thing), &mut second);
+        v(SCOPE, &Column::live("slip", "m", Of::Thing), &mut slip);
+        let both = |((i, j), slip): ((&u32, &u32), &DVec3)| [(key(*i, *j), *slip), (key(*j, *i), -*slip)];
+        let mut restored: Vec<_> = first.iter().zip(&second[..]).zip(&slip[..]).flat_map(both).collect();
+        restored.par_sort_unstable_by_key(|p| p.0);
+        self.restored = Some(restored);
+    }
+}
+
+/// The touches of the step before.
+#[derive(Clone, Copy)]
+pub struct Past<'a> {
+    blocks: &'a [Block],
+    row: &'a [u32],
+    restored: Option<&'a [(u64, DVec3)]>,
+}
+
+impl Past<'_> {
+    /// Slip [m] of particle `j` along `i` at the end of the step before; `None` if they did not touch then.
+    #[inline]
+    pub fn slip(&self, i: u32, j: u32) -> Option<DVec3> {
+        if let Some(restored) = self.restored {
+            return restored.binary_search_by_key(&key(i, j), |r| r.0).ok().map(|k| restored[k].1);
+        }
+        let row = *self.row.get(i as usize).filter(|&&row| row != NONE)? as usize;
+        let block = &self.blocks[row / Neighbours::BLOCK];
+        let touches = &block.touches[block.row(row % Neighbours::BLOCK)];
+        touches.iter().find(|t| t.particle == j).map(|t| t.slip)
+    }
+}
+
+fn key(i: u32, j: u32) -> u64 {
+    u64::from(i) << 32 | u64::from(j)
+}
