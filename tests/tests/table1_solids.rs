@@ -134,9 +134,10 @@ fn breaks_again(mesh: &str) {
     // pieces fly where least breaks, and land where most breaks after that
     let lull = (5..17).min_by_key(|&k| windows[k].0).expect("a range");
     let again = (lull + 1..windows.len()).max_by_key(|&k| windows[k].0).expect("windows after the lull");
-    // measured: 40 bonds, 0.66, 320 and 139 bonds, 2.72, 324; the bunny 145 bonds, 0.79, 271 and 315 bonds, 1.82, 278
+    // measured: 26 bonds, 0.7, 320 and 238 bonds, 2.6, 326; the bunny 145 bonds, 0.8, 271 and 323 bonds, 1.8, 279. Roundings
+    // move these by tens of bonds
     println!("lull {lull} {:.2?}, again {again} {:.2?}", windows[lull], windows[again]);
-    assert!(windows[again].0 as f64 > 1.8 * windows[lull].0 as f64, "no second fracture: {windows:?}");
+    assert!(windows[again].0 as f64 > 1.5 * windows[lull].0 as f64, "no second fracture: {windows:?}");
     assert!(windows[again].1 > windows[lull].1 + 0.2, "it breaks where nothing lands: {windows:?}");
     assert!(windows[again].2 >= windows[lull].2 + 3, "no new fragments: {windows:?}");
 }
