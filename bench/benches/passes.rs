@@ -1,6 +1,7 @@
 //! The step and its passes on a cubic lattice, per directed bond. One thread, but for `step`.
 
 use std::cell::OnceCell;
+use std::time::Duration;
 
 use criterion::Criterion;
 use fissure_bench::{Blind, Lattice, bytes_per_bond, on_threads, phase_of_a_step};
@@ -88,13 +89,15 @@ fn blind() -> Registry {
         .bonds::<laws::Pmb, _>()
 }
 
-/// The pass over dilatations: what *respond* takes longer with it than without.
+/// The pass over dilatations: what *respond* takes longer with it than without, the least of either so far.
 pub fn theta(c: &mut Criterion) {
     let mut group = group(c, "theta");
     let (mut with, mut without) = (Lazy::new(SOME, &laws::registry()), Lazy::new(SOME, &blind()));
+    let mut least = [Duration::MAX; 2];
     measure(&mut group, "theta pass", bonds(&SOME), || {
         let ((all, bytes), (force, _)) = (with.phase(Phase::Respond), without.phase(Phase::Respond));
-        (all.saturating_sub(force), bytes)
+        least = [least[0].min(all), least[1].min(force)];
+        (least[0].saturating_sub(least[1]), bytes)
     });
 }
 
@@ -119,8 +122,8 @@ pub fn flow(c: &mut Criterion) {
 /// Some bonds break: the same step again and again, from a copy of the state before it.
 pub fn fracture(c: &mut Criterion) {
     let mut group = group(c, "fracture");
-    // of the order of what the motion stretches bonds by in the few steps made here
-    let lattice = Lattice { critical_stretch: 2e-5, ..SOME };
+    // between what the motion stretches bonds by in the first step, 0.8e-5, and in two
+    let lattice = Lattice { critical_stretch: 1.2e-5, ..SOME };
     let mut lazy = Lazy::new(lattice, &laws::registry());
     let mut kept: Option<Vec<Vec<u8>>> = None;
     let mut broken = 0.0;
@@ -137,6 +140,7 @@ pub fn fracture(c: &mut Criterion) {
         let before = world.bond_counts().1;
         let time = on_threads(1, || phase_of_a_step(world, Phase::Fracture));
         broken = (world.bond_counts().1 - before) as f64 / lattice.directed() as f64;
+        assert!(broken > 0.0, "nothing broke");
         (time, Some(bytes))
     });
     if broken > 0.0 {
