@@ -115,6 +115,11 @@ pub fn angles(faces: &[CrackFace], x: DVec3, y: DVec3, bins: usize) -> Vec<f64> 
     shares
 }
 
+/// How many times more area is within 30° of the angle 30° than at right angles to it, by nine bins of [`angles`].
+pub fn around_30(shares: &[f64]) -> f64 {
+    shares[..3].iter().sum::<f64>() / 3.0 / ((shares[5] + shares[6]) / 2.0)
+}
+
 /// Place at rest [m] and displacement [m] of every particle of body `k`.
 pub fn displacements(simulation: &Simulation, k: usize) -> Vec<(DVec3, DVec3)> {
     let (body, p) = (&simulation.world.bodies[k], &simulation.world.particles);

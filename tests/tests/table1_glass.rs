@@ -1,7 +1,9 @@
 //! Table 1 of Chen et al.: what must be seen of the glass walls (Figs. 1a, 1b, 7, 15), coarse and short.
 
 use fissure_io::simulation::Simulation;
-use fissure_tests::scene::{angles, assert_closed, bonded, build, crack_faces, cracks, displacements, fragments, run};
+use fissure_tests::scene::{
+    angles, around_30, assert_closed, bonded, build, crack_faces, cracks, displacements, fragments, run,
+};
 use glam::DVec3;
 
 const COARSE: &str = "body.wall.tets=10000";
@@ -50,10 +52,9 @@ fn figure_1b_cracks_lie_across_the_weak_direction() {
         angles(&faces, DVec3::X, DVec3::Y, 9)
     });
     println!("isotropic {:.3?}\nanisotropic {:.3?}", shares[0], shares[1]);
-    // the weak direction, 30°, is the middle of the second bin
-    let [isotropic, anisotropic] = shares.map(|s| s[1] / s.iter().copied().fold(1.0, f64::min));
-    // measured: 1.6 and 5.1
-    assert!(isotropic < 2.2 && anisotropic > 3.0, "{isotropic} {anisotropic}");
+    let [isotropic, anisotropic] = shares.map(|s| around_30(&s));
+    // measured: 1.2 and 3.9
+    assert!(isotropic < 1.6 && anisotropic > 2.5, "{isotropic} {anisotropic}");
 }
 
 #[test]
@@ -82,5 +83,5 @@ fn figure_15_the_pressed_wall_is_cracked_and_one_piece() {
         cracks[0].len()
     );
     assert!(pieces[0] as f64 > 0.995 * particles as f64, "{pieces:?}");
-    assert!(reach > 0.25 && cracks[0].len() * 10 < 3 * particles, "{reach} m, {} of {particles}", cracks[0].len());
+    assert!(reach > 0.22 && cracks[0].len() * 10 < 3 * particles, "{reach} m, {} of {particles}", cracks[0].len());
 }
