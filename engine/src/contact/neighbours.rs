@@ -14,8 +14,13 @@
 //! particle that is damaged for the first time is a member already if it was bonded to a damaged one, else all rows are
 //! made anew.
 //!
-//! Measured on a cube of 64 000 particles that shatters, one thread: rows cost 0.5 µs a member, a quarter of what they cost
-//! when each member looked into cells of its own and into its bonds for each neighbour.
+//! Measured on cubes of 64 000 particles that fall at 8 % of their speed of sound, one thread, user cycles, before the passes
+//! over bonds lost a third of their instructions: contact adds 14 % to a step while the cube is whole (a fifth of it near a
+//! surface) and 60 % when it is shattered, of which half are rows, made anew every seventh step or so. Rows that were made
+//! in order of particles, with a search by every member and of its bonds for each neighbour, took twice that; without
+//! new places for strays they were made every third step, for the few that something had just hit. More slack makes rows
+//! rarer and longer, and gained nothing. A member costs 1 µs: a third marking bonds, a third collecting candidates, a third
+//! measuring them. What has not been tried: frames of fragments instead of whole bodies.
 
 use std::sync::Mutex;
 
