@@ -220,9 +220,37 @@ impl Bonds {
     }
 }
 
+/// ω with one bit less than f32 has, so that [`influence`] finds it again.
+pub(crate) fn shortened(influence: f32) -> f32 {
+    nearest(f64::from(influence)) as f32
+}
+
+/// The ω that a `weight` ωV, rounded to f32, was made of: exactly, and so the same from both ends of a bond.
+#[inline(always)]
+pub(crate) fn influence(weight: f32, volume: f64) -> f64 {
+    nearest(f64::from(weight) / volume)
+}
+
+/// `x` to 22 binary places behind its leading one.
+#[inline(always)]
+fn nearest(x: f64) -> f64 {
+    const DROPPED: u32 = f64::MANTISSA_DIGITS - 1 - 22;
+    f64::from_bits((x.to_bits() + (1 << (DROPPED - 1))) >> DROPPED << DROPPED)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_influence_is_found_again_in_the_weight() {
+        for k in 0..200_000u32 {
+            let omega = shortened(1.0 + k as f32 * 7.3e-6);
+            let volume = 1e-9 * (1.0 + f64::from(k % 977) * 0.0123);
+            assert_eq!(influence((f64::from(omega) * volume) as f32, volume), f64::from(omega));
+        }
+        assert_eq!((shortened(0.0), influence(0.0, 1.0)), (0.0, 0.0));
+    }
 
     #[test]
     fn rows_are_padded_to_chunks_and_padding_is_never_intact() {

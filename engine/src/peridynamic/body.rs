@@ -12,7 +12,7 @@ use super::pose::{MOST, Record, Record32, Record64};
 use super::quantum::Growth;
 use super::rows::{PerChunk, in_blocks};
 use super::{stable, surface};
-use crate::bonds::{Bonds, CHUNK};
+use crate::bonds::{Bonds, CHUNK, shortened};
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
 use crate::fracture::{Bulk, Unbreakable};
@@ -131,7 +131,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         let u = |i: usize| frame.displacement(p.position[i], p.rest[i].as_dvec3());
         let quantum = growth.quantum(&self.bonds, self.horizon, &u);
         records.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, record)| {
-            *record = R::new(p.rest[i], u(i), quantum, self.inv_m[i]);
+            *record = R::new(p.rest[i], u(i), quantum, p.volume[i], self.inv_m[i]);
         });
         quantum
     }
@@ -201,7 +201,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             }
         });
         (self.bonds, self.regions.chunks) = (bonds, chunks.into());
-        let mut m = weighted_volumes(&self.bonds, p.rest, p.volume);
+        let m = weighted_volumes(&self.bonds, p.rest, p.volume);
         if self.laws().needs_influence() {
             self.influence.set(self.bonds.weight.to_vec());
         }
@@ -214,9 +214,10 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
                 _ => surface::SPHERE,
             };
             surface::compensate(&mut self.bonds, p.rest, p.volume, &m, &full);
-            // of the new weights: θ is exact for a pure dilatation, and any κ > 0 is stable beside any μ
-            m = weighted_volumes(&self.bonds, p.rest, p.volume);
         }
+        self.bonds.weight.to_mut().iter_mut().for_each(|weight| *weight = shortened(*weight));
+        // of the final weights: θ is exact for a pure dilatation, and any κ > 0 is stable beside any μ
+        let m = weighted_volumes(&self.bonds, p.rest, p.volume);
         self.inv_m = m.iter().map(|m| 1.0 / m).collect::<Vec<_>>().into();
         let ends = self.bonds.weight.to_mut().iter_mut().zip(&self.bonds.neighbours[..]);
         ends.for_each(|(weight, &j)| *weight = (f64::from(*weight) * p.volume[j as usize]) as f32);

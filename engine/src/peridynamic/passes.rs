@@ -186,7 +186,7 @@ impl<'a, R: Record> Scene<'a, R> {
             own_norm = of(home.norm);
             other_norm = R::Lane::pick_out(self.norm, ends.neighbours);
         }
-        let weight = R::Lane::load(ends.weight);
+        let weight = R::Lane::weight(ends.weight, self.records, ends.neighbours);
         let own = Bond { rest, ext, cos, weight, influence, theta, inv_m, norm: own_norm };
         let other = Bond { theta: g.theta, inv_m: g.inv_m, norm: other_norm, ..own };
         Geometry { own, other, y, length }

@@ -10,15 +10,16 @@ use glam::{DVec3, Vec3};
 use wide::{f32x8, i32x8, u32x8};
 
 use super::quantum::count;
-use crate::bonds::CHUNK;
+use crate::bonds::{CHUNK, influence};
 use crate::lane::{Lane, Mask8};
 
 /// A particle as the passes see it.
 pub trait Record: Copy + Send + Sync + 'static {
     /// The lane that reads this record.
     type Lane: Kernel<Record = Self>;
-    /// Rest position x [m], displacement u in the frame [m] to be counted in `quantum` [m], inverse weighted volume [1/m⁵].
-    fn new(x: Vec3, u: DVec3, quantum: f64, inv_m: f64) -> Self;
+    /// Rest position x [m], displacement u in the frame [m] to be counted in `quantum` [m], volume [m³], inverse weighted
+    /// volume [1/m⁵].
+    fn new(x: Vec3, u: DVec3, quantum: f64, volume: f64, inv_m: f64) -> Self;
     /// Sets the dilatation θ [1].
     fn set_theta(&mut self, theta: f64);
 }
@@ -48,6 +49,9 @@ pub trait Kernel: Lane {
     fn store(self, values: &mut [f32]);
     /// The first `WIDTH` neighbours, relative to `home`; displacements are counted in `quantum` [m].
     fn gather(records: &[Self::Record], quantum: f64, neighbours: &[u32], home: &Self::Record) -> Gathered<Self>;
+    /// The weights ωV_j [m³] of the first `WIDTH` neighbours. In f64 without the rounding of the column, which differs
+    /// between the two ends: there momentum is kept to the last bits.
+    fn weight(weights: &[f32], records: &[Self::Record], neighbours: &[u32]) -> Self;
     /// θ and 1/m of one record, in every number.
     fn own(record: &Self::Record) -> (Self, Self);
     /// A particle's number of the first `WIDTH` neighbours.
@@ -76,7 +80,7 @@ pub struct Record32 {
 impl Record for Record32 {
     type Lane = f32x8;
     #[inline(always)]
-    fn new(x: Vec3, u: DVec3, quantum: f64, inv_m: f64) -> Self {
+    fn new(x: Vec3, u: DVec3, quantum: f64, _: f64, inv_m: f64) -> Self {
         // a count is never infinite: let the rest position say it
         let x = if u.is_finite() { x } else { Vec3::NAN };
         let per = 1.0 / quantum;
@@ -120,6 +124,11 @@ impl Kernel for f32x8 {
             theta,
             inv_m,
         }
+    }
+
+    #[inline(always)]
+    fn weight(weights: &[f32], _: &[Record32], _: &[u32]) -> Self {
+        Self::load(weights)
     }
 
     #[inline(always)]
@@ -237,14 +246,15 @@ fn transpose(rows: [[[f32; 4]; 2]; 4]) -> [f32x8; 4] {
 pub struct Record64 {
     x: [f64; 3],
     u: [f64; 3],
+    volume: f64,
     theta: f64,
     inv_m: f64,
 }
 
 impl Record for Record64 {
     type Lane = f64;
-    fn new(x: Vec3, u: DVec3, _: f64, inv_m: f64) -> Self {
-        Self { x: x.as_dvec3().into(), u: u.into(), theta: 0.0, inv_m }
+    fn new(x: Vec3, u: DVec3, _: f64, volume: f64, inv_m: f64) -> Self {
+        Self { x: x.as_dvec3().into(), u: u.into(), volume, theta: 0.0, inv_m }
     }
     fn set_theta(&mut self, theta: f64) {
         self.theta = theta;
@@ -265,6 +275,10 @@ impl Kernel for f64 {
         let minus = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|k| Sub::sub(a[k], b[k]));
         let half = minus(r.u, home.u).map(|du: f64| 0.5 * du);
         Gathered { xi: minus(r.x, home.x), half, theta: r.theta, inv_m: r.inv_m }
+    }
+    fn weight(weights: &[f32], records: &[Record64], neighbours: &[u32]) -> Self {
+        let volume = records[neighbours[0] as usize].volume;
+        influence(weights[0], volume) * volume
     }
     fn own(record: &Record64) -> (Self, Self) {
         (record.theta, record.inv_m)
@@ -298,7 +312,7 @@ mod tests {
             .map(|k| {
                 let s = f64::from(k);
                 let u = far + DVec3::new(s, 2.0 * s, -s) * 1e-9;
-                let mut r = Record32::new(Vec3::new(k as f32, 0.5, -1.0), u, QUANTUM, 1.0 / (s + 1.0));
+                let mut r = Record32::new(Vec3::new(k as f32, 0.5, -1.0), u, QUANTUM, 1.0, 1.0 / (s + 1.0));
                 r.set_theta(s * 0.1);
                 r
             })
