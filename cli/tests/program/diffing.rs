@@ -23,7 +23,7 @@ fn runs_that_are_the_same_and_not() {
         "particles/position: ",
         "of box at (",
         "3 of 3 frames differ, the first is frame 0",
-        "where.png: where particles/position differs, deep red is ",
+        "where.png: where particles/velocity differs, deep red is 1.000e-4",
     ] {
         assert!(answer.out.contains(part), "{part}\n{answer}");
     }

@@ -280,7 +280,9 @@ impl<'a, R: Record> Scene<'a, R> {
         (DVec3::new(sum[0].total(), sum[1].total(), sum[2].total()), outlook)
     }
 
-    /// Which of the bonds of `chunk` in row `i` break, given the damage φ of both particles: eight severities.
+    /// Which of the bonds of `chunk` in row `i` break, given the damage φ of both particles: eight severities. Judged are
+    /// those whose both ends were found to be near breaking in `outlook`: memory may have flowed since the force, and a flow
+    /// that overshoots (Eq. 15 as written) would let one end judge what the other does not look at.
     pub fn severities<T: BondLaw<M>, C: Criterion, const M: usize>(
         &self,
         memory: &Memory<'_, M>,
@@ -289,6 +291,7 @@ impl<'a, R: Record> Scene<'a, R> {
         i: usize,
         chunk: usize,
         damage: &[f32],
+        outlook: &[Outlook],
     ) -> u8 {
         let law = laws.own(i);
         let home = self.home(law, i, laws.needs_cos());
@@ -299,12 +302,15 @@ impl<'a, R: Record> Scene<'a, R> {
             let g = self.bond(&home, slot, ends);
             let (own, twin) = memory.at(slot);
             let mut phi = [0.0; CHUNK];
+            let mut judged = 0;
             for l in 0..R::Lane::WIDTH {
-                phi[l] = damage[self.neighbours[slot + l] as usize].max(damage[i]);
+                let j = self.neighbours[slot + l] as usize;
+                phi[l] = damage[j].max(damage[i]);
+                judged |= u8::from(outlook[j].breaks) << l;
             }
             let sides = openings(law, laws.other(law, chunk), &g, own, twin);
             let severity = criteria.severity(i, chunk, &sides, R::Lane::load(&phi));
-            out |= R::Lane::pack(severity.above(R::Lane::of(1.0))) << (part * R::Lane::WIDTH);
+            out |= (R::Lane::pack(severity.above(R::Lane::of(1.0))) & judged) << (part * R::Lane::WIDTH);
         }
         out & self.intact[chunk]
     }
