@@ -122,7 +122,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
             broken.values.fill(0);
             for i in rows.filter(|&i| outlook[i].breaks) {
                 for chunk in scene.chunks(i) {
-                    broken.values[chunk - base] = scene.severities(&memory, laws, criteria, i, chunk, phi, outlook);
+                    broken.values[chunk - base] = scene.severities(&memory, laws, criteria, i, chunk, (phi, outlook));
                 }
             }
         });

@@ -290,8 +290,7 @@ impl<'a, R: Record> Scene<'a, R> {
         criteria: Criteria<'_, T, C, M>,
         i: usize,
         chunk: usize,
-        damage: &[f32],
-        outlook: &[Outlook],
+        (damage, outlook): (&[f32], &[Outlook]),
     ) -> u8 {
         let law = laws.own(i);
         let home = self.home(law, i, laws.needs_cos());
