@@ -8,9 +8,11 @@ use thiserror::Error;
 
 use crate::bonds::{Bonds, Families};
 use crate::column::Visitor;
+use crate::lattice::{CellError, Cells, LatticePose, NodeCounts};
 use crate::particles::BodyParticles;
 
-/// A broken neighbour link between two particles of a body, counted from its first; `i < j`. Meshing cuts here.
+/// A broken neighbour link between two particles of a body, counted from its first, or between two finest cells of a
+/// lattice; `i < j`. Meshing cuts here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)] // the two ends
 pub struct Link {
@@ -23,8 +25,29 @@ pub struct Link {
 pub struct Geometry<'a> {
     /// The particles, already in place.
     pub particles: BodyParticles<'a>,
-    /// Who is in whose horizon.
-    pub families: Families,
+    /// What lies about each of them.
+    pub neighbourhood: Neighbourhood,
+}
+
+/// What lies about each particle of a fresh body: what its material [wants](crate::registry::Wants).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Neighbourhood {
+    /// Who is in whose horizon, for bonds.
+    Families(Families),
+    /// The cell of each, for a lattice.
+    Cells(Cells),
+}
+
+impl From<Families> for Neighbourhood {
+    fn from(families: Families) -> Self {
+        Self::Families(families)
+    }
+}
+
+impl From<Cells> for Neighbourhood {
+    fn from(cells: Cells) -> Self {
+        Self::Cells(cells)
+    }
 }
 
 /// Why a body cannot be built.
@@ -40,6 +63,15 @@ pub enum BuildError {
         /// The value.
         value: f64,
     },
+    /// Families where cells are needed, or the other way round.
+    #[error("this material is built from {wanted}, which the body was not given")]
+    Unfit {
+        /// What it wants.
+        wanted: &'static str,
+    },
+    /// Cells that are no lattice.
+    #[error(transparent)]
+    Cells(#[from] CellError),
     /// More particles than a body of bonds can have.
     #[error("{particles} particles are more than the {most} that one body can have; make several bodies of it")]
     TooMany {
@@ -97,6 +129,16 @@ pub trait Material: Send + Sync {
     /// The bonds, if the material has any. Particles without an intact bond meet as strangers; those of one body without bonds
     /// do not meet.
     fn bonds(&self) -> Option<&Bonds> {
+        None
+    }
+
+    /// What carries the surface of a lattice, at the positions of `p`; `None` for a material without cells. Changes no state.
+    fn lattice<'a>(&'a mut self, _p: &BodyParticles<'a>) -> Option<LatticePose<'a>> {
+        None
+    }
+
+    /// How far a lattice is resolved now; `None` for a material without cells.
+    fn nodes(&self) -> Option<NodeCounts> {
         None
     }
 

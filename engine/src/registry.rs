@@ -12,6 +12,8 @@ use crate::peridynamic::Peridynamic;
 pub enum Wants {
     /// Particles with families within a horizon.
     Bonds,
+    /// Particles with the cells of a lattice.
+    Cells,
 }
 
 /// Makes a material from the parameters of law and criterion.

@@ -8,12 +8,11 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use crate::anchor::Anchor;
-use crate::bonds::Families;
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
 use crate::contact::{self, Collider, Contact};
 use crate::integrate::Integrator;
-use crate::material::{BuildError, Geometry, Link, Material};
+use crate::material::{BuildError, Geometry, Link, Material, Neighbourhood};
 use crate::particles::Particles;
 use crate::phase::{Phase, Profile};
 use crate::relax::{Relax, Relaxed, Scratch};
@@ -56,8 +55,8 @@ pub struct BodyInput<'a> {
     pub velocity: DVec3,
     /// Initial angular velocity about the centre of mass [rad/s].
     pub spin: DVec3,
-    /// Who is in whose horizon.
-    pub families: Families,
+    /// What lies about each particle.
+    pub neighbourhood: Neighbourhood,
 }
 
 /// Why a step could not be made; the state is still that before the step.
@@ -232,7 +231,7 @@ impl World {
             p.id.to_mut().push(input.ids[k]);
         }
         let range = start..start + n;
-        material.build(Geometry { particles: self.particles.of(&range), families: input.families })?;
+        material.build(Geometry { particles: self.particles.of(&range), neighbourhood: input.neighbourhood })?;
         let (name, spacing, horizon) = (input.name.to_string(), input.spacing, input.horizon);
         // room for every bond to break in one step: address space only, until it is used
         let cuts = Vec::with_capacity(material.bonds().map_or(0, |b| b.directed() as usize / 2));

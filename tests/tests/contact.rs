@@ -84,7 +84,7 @@ fn add_breaking(
         horizon: at.horizon,
         velocity,
         spin: DVec3::ZERO,
-        families: naive_families(points, at.horizon),
+        neighbourhood: naive_families(points, at.horizon).into(),
     };
     world.add(input, material).unwrap();
 }
@@ -444,7 +444,7 @@ fn cube(n: usize, speed: f64, critical_stretch: Option<f64>) -> World {
         horizon: at.horizon,
         velocity: DVec3::NEG_Y * speed,
         spin: DVec3::ONE * 0.5,
-        families: fissure_meshing::family::families(&points, at.horizon, None).unwrap(),
+        neighbourhood: fissure_meshing::family::families(&points, at.horizon, None).unwrap().into(),
     };
     let material = fissure_materials::registry().make(("isotropic", law), fracture, &at).unwrap();
     let mut world = world(G);

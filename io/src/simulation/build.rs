@@ -82,7 +82,7 @@ impl Simulation {
             horizon,
             velocity: body.velocity,
             spin: body.spin,
-            families: rows,
+            neighbourhood: rows.into(),
         };
         let range = self.world.add(input, material).map_err(|e| fail(Fault::of("mesh")(e)))?.range.clone();
         let mass = &mut self.world.particles.mass.to_mut()[range];
