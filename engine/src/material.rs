@@ -6,6 +6,7 @@
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::adapt::{Present, Renewal};
 use crate::bonds::{Bonds, Families};
 use crate::column::Visitor;
 use crate::lattice::{CellError, Cells, LatticePose, NodeCounts};
@@ -27,6 +28,17 @@ pub struct Geometry<'a> {
     pub particles: BodyParticles<'a>,
     /// What lies about each of them.
     pub neighbourhood: Neighbourhood,
+}
+
+/// How the particles of a body without bonds meet.
+#[derive(Clone, Copy, Debug)]
+pub struct Touching<'a> {
+    /// Connected piece of each particle; those of one piece do not meet. Empty while the body is whole.
+    pub piece: &'a [u32],
+    /// Whether each is at a surface.
+    pub exposed: &'a [bool],
+    /// Changes whenever pieces do.
+    pub version: u64,
 }
 
 /// What lies about each particle of a fresh body: what its material [wants](crate::registry::Wants).
@@ -110,6 +122,23 @@ pub trait Material: Send + Sync {
     /// link to `cuts`, in order of `i`.
     fn fracture(&mut self, _damage: &mut [f32], _cuts: &mut Vec<Link>) {}
 
+    /// Whether [`adapt`](Self::adapt) may ever replace particles.
+    fn adapts(&self) -> bool {
+        false
+    }
+
+    /// May replace the body's particles at the end of a step, keeping mass and momentum: fills `next` and returns true, or
+    /// leaves all as it is.
+    fn adapt(&mut self, _now: &Present<'_>, _next: &mut Renewal) -> bool {
+        false
+    }
+
+    /// Whether velocity changes lead to goal positions and are stable in any step, rather than come from forces. They are
+    /// then not proportional to the step.
+    fn position_based(&self) -> bool {
+        false
+    }
+
     /// Elastic energy [J], if the law has one.
     fn energy(&mut self, _p: &BodyParticles<'_>) -> Option<f64> {
         None
@@ -127,8 +156,13 @@ pub trait Material: Send + Sync {
     }
 
     /// The bonds, if the material has any. Particles without an intact bond meet as strangers; those of one body without bonds
-    /// do not meet.
+    /// meet as [`touching`](Self::touching) says.
     fn bonds(&self) -> Option<&Bonds> {
+        None
+    }
+
+    /// Of a body without bonds: which of its particles can touch anything. Without it all can, but not each other.
+    fn touching(&self) -> Option<Touching<'_>> {
         None
     }
 

@@ -7,9 +7,10 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::adapt;
 use crate::anchor::Anchor;
 use crate::buffer::Buffer;
-use crate::column::{Column, Of, Visitor};
+use crate::column::{Column, Life, Of, Visitor};
 use crate::contact::{self, Collider, Contact};
 use crate::integrate::Integrator;
 use crate::material::{BuildError, Geometry, Link, Material, Neighbourhood};
@@ -175,6 +176,7 @@ pub struct World {
     /// Positions and velocities before the step.
     pub(crate) kept: [Vec<DVec3>; 2],
     pub(crate) relaxing: Scratch,
+    pub(crate) adapting: adapt::Scratch,
 }
 
 impl Default for World {
@@ -197,6 +199,7 @@ impl Default for World {
             dv: Vec::new(),
             kept: Default::default(),
             relaxing: Scratch::default(),
+            adapting: adapt::Scratch::default(),
         }
     }
 }
@@ -271,6 +274,7 @@ impl World {
         profile.time(Phase::Flow, || self.flow(self.dt));
         profile.time(Phase::Fracture, || self.fracture());
         profile.time(Phase::Integrate, || self.advance());
+        profile.time(Phase::Adapt, || self.adapt());
         Ok(())
     }
 
@@ -282,6 +286,7 @@ impl World {
         profile.time(Phase::Flow, || self.flow(self.dt));
         profile.time(Phase::Fracture, || self.fracture());
         profile.time(Phase::Integrate, || self.finish());
+        profile.time(Phase::Adapt, || self.adapt());
         Ok(())
     }
 
@@ -325,16 +330,14 @@ impl World {
     pub(crate) fn evaluate(&mut self, h: f64) {
         self.dv.clear();
         self.dv.resize(self.particles.len(), self.gravity * h);
-        for body in &mut self.bodies {
-            body.material.respond(&self.particles.of(&body.range), h, &mut self.dv[body.range.clone()]);
-        }
+        respond(&mut self.bodies, &self.particles, 0, h, &mut self.dv);
     }
 
     /// Refuses velocity changes that are not finite or would throw a particle past its neighbours within `h` [s]; at 0 none is too far.
     fn check_forces(&self, h: f64) -> Result<(), StepError> {
         for body in &self.bodies {
             let dv = &self.dv[body.range.clone()];
-            let limit = body.spacing / h;
+            let limit = if body.material.position_based() { f64::INFINITY } else { body.spacing / h };
             let wild = |d: &DVec3| d.length_squared() > limit * limit || !d.is_finite();
             let bad = dv.par_iter().with_min_len(4096).position_first(wild);
             if let Some(k) = bad {
@@ -411,7 +414,8 @@ impl World {
         if let ([time, dt], [step]) = (&clock[..], &step[..]) {
             (self.time, self.dt, self.step) = (*time, *dt, *step);
         }
-        self.particles.visit(v);
+        let life = if self.bodies.iter().any(|b| b.material.adapts()) { Life::Live } else { Life::Frozen };
+        self.particles.visit(life, v);
         if self.integrator == Integrator::VelocityVerlet {
             v("particles", &Column::live("acceleration", "m/s^2", Of::Particle), &mut self.acceleration);
         }
@@ -420,7 +424,7 @@ impl World {
             let mut range = Buffer::new(vec![body.range.start as u64, body.range.end as u64]);
             let mut origin = Buffer::new(vec![body.origin]);
             let mut lengths = Buffer::new(vec![body.spacing, body.horizon]);
-            v(&scope, &Column::frozen("range", "1", Of::Thing), &mut range);
+            v(&scope, &Column { life, ..Column::live("range", "1", Of::Thing) }, &mut range);
             v(&scope, &Column::frozen("origin", "m", Of::Thing), &mut origin);
             v(&scope, &Column::frozen("spacing_and_horizon", "m", Of::Thing), &mut lengths);
             if let ([start, end], [place], [spacing, horizon]) = (&range[..], &origin[..], &lengths[..]) {
@@ -430,9 +434,26 @@ impl World {
             body.material.visit(&scope, v);
         }
         for anchor in &mut self.anchors {
-            anchor.visit(v);
+            anchor.visit(life, v);
         }
         self.colliders.iter_mut().for_each(|c| c.visit(v));
         self.contact.visit(v);
+    }
+}
+
+/// Every body's velocity changes, bodies beside each other; `dv` begins with particle `first`.
+fn respond(bodies: &mut [Body], particles: &Particles, first: usize, h: f64, dv: &mut [DVec3]) {
+    match bodies {
+        [] => {}
+        [body] => {
+            let own = body.range.start - first..body.range.end - first;
+            body.material.respond(&particles.of(&body.range), h, &mut dv[own]);
+        }
+        _ => {
+            let (left, right) = bodies.split_at_mut(bodies.len() / 2);
+            let middle = right[0].range.start;
+            let (before, behind) = dv.split_at_mut(middle - first);
+            rayon::join(|| respond(left, particles, first, h, before), || respond(right, particles, middle, h, behind));
+        }
     }
 }
