@@ -57,6 +57,8 @@ pub struct Settings {
     pub merge_below: f64,
     /// Goal passes in a step.
     pub passes: u32,
+    /// Which share of the coming step goals foresee [1].
+    pub damping: f64,
     /// Whether A is scaled to keep the volume.
     pub volume_preserving: bool,
     /// How the rest shape flows, if it does.
@@ -149,6 +151,13 @@ pub const PARAMETERS: &[Parameter] = &[
         1.0,
         "a whole number: goal passes in a step; forces travel one region further in each",
     ),
+    number(
+        "damping",
+        "1",
+        Range::closed(0.0, 1.0),
+        0.0,
+        "which share of the coming step goals foresee; it takes energy from swinging, and momentum from nothing; 0 is Eq. 3",
+    ),
     Parameter {
         name: "volume_preserving",
         unit: "1",
@@ -217,6 +226,7 @@ impl Settings {
             subdivide_at,
             merge_below: if p.word("merge") == "yes" { below } else { -1.0 },
             passes: whole(p, "passes")?,
+            damping: p.number("damping"),
             volume_preserving: p.word("volume_preserving") == "yes",
             plastic,
             critical_stretch,

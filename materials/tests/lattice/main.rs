@@ -1,4 +1,5 @@
 //! The lattice: what it keeps, whatever the method.
 
 mod body;
+mod run;
 mod update;
