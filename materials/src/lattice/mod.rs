@@ -98,6 +98,8 @@ struct Derived {
     uniform: Option<Uniform>,
     /// The coarsest level that each cell may be carried at.
     top: Vec<u8>,
+    /// How far the region of each cell spreads in the uniform lattice [m²], where β needs it.
+    fine: Vec<f64>,
     /// Connected piece of each node; empty while there is one.
     piece: Vec<u32>,
     pieces: usize,
@@ -130,6 +132,10 @@ impl Lattice {
         self.finest.find_neighbours();
         self.nodes.derive(&self.finest);
         self.derived.top = adapt::tops(&self.finest, &self.settings);
+        let settings = &self.settings;
+        if settings.method == Method::Ohta && settings.levels > 0 && !settings.as_written {
+            self.derived.fine = regions::fine_spread(&self.finest, settings.half_width);
+        }
         self.find_pieces();
         self.derived.nodes = true;
         self.derived.regions_known = false;
@@ -152,7 +158,7 @@ impl Lattice {
 
     /// Finds the regions: those that `before` does not know, and cubes near the cells in `changed` or all.
     fn connect(&mut self, before: Option<(&Regions, &[u32], &[u32])>, changed: Option<&[u32]>) {
-        let Derived { regions, uniform, .. } = &mut self.derived;
+        let Derived { regions, uniform, fine, .. } = &mut self.derived;
         let (finest, nodes, settings) = (&self.finest, &self.nodes, &self.settings);
         // a full cell weighs as much for its volume as all together
         let density = finest.mass.iter().sum::<f64>() / finest.volume.iter().sum::<f64>();
@@ -175,7 +181,7 @@ impl Lattice {
             }
         };
         regions.divide(&total);
-        regions.settle(nodes, settings, unit);
+        regions.settle(nodes, settings, unit, fine);
         self.lists.settle(nodes);
         let slots = if settings.per_node() { nodes.len() } else { regions.len() };
         if self.turn.len() != slots {

@@ -41,6 +41,8 @@ pub struct Plastic {
 pub struct Settings {
     /// Which regions.
     pub method: Method,
+    /// Whether β is that of Eq. 10, which knows w and mass only, or follows from how far regions reach.
+    pub as_written: bool,
     /// w, how many links a region reaches from its node's cells.
     pub half_width: u32,
     /// α of one reference step [1].
@@ -88,6 +90,12 @@ pub const PARAMETERS: &[Parameter] = &[
         kind: Kind::Word(&["ohta", "lsm", "single", "clustered", "steinemann"]),
         about: "adaptive with stiffness adjustment (Ohta et al.), uniform (Rivers and James 2007), one region or \
                 overlapping ones (Müller et al. 2005), adaptive without adjustment (Steinemann et al. 2008)",
+    },
+    Parameter {
+        name: "formulation",
+        unit: "1",
+        kind: Kind::Word(&["default", "as_written"]),
+        about: "β from how far the nodes of a region spread against those of its finest cells, or Eq. 10 as printed",
     },
     number(
         "half_width",
@@ -218,6 +226,7 @@ impl Settings {
         let levels = whole(p, "levels")?;
         Ok(Self {
             method,
+            as_written: p.word("formulation") == "as_written",
             half_width: whole(p, "half_width")?,
             stiffness: p.number("stiffness"),
             reference_step: p.number("reference_step"),
