@@ -159,8 +159,8 @@ pub struct LatticePose<'a> {
     pub position: &'a [DVec3],
     /// Velocity of the nodes [m/s].
     pub velocity: &'a [DVec3],
-    /// What rest vectors about each node have become: the mean of the goal shapes of its regions (R, or βA + (1 − β)R of
-    /// Ohta's Eq. 5), at the present positions.
+    /// What rest vectors about each node have become, at the present positions: by least squares over the nodes around it (A of
+    /// Ohta's Eq. 6, the mean over its regions). Along axes in which nothing is around, it turns rigidly.
     pub deformation: &'a [DMat3],
     /// One bit for each of the [`NEIGHBOURS`] with which a finest cell is connected still.
     pub links: &'a [u32],

@@ -252,7 +252,7 @@ impl Contact {
         self.hold(scene, dv);
         self.rigid.poses.clear();
         self.rigid.poses.extend(colliders.iter().map(|c| Pose::new(c, scene.time, scene.dt)));
-        if self.between {
+        if self.between && may_meet(scene.bodies) {
             let mut pairs = std::mem::take(&mut self.pairs);
             pairs.resolve(self, scene, &self.still, |i, u| self.stopped(scene, colliders, i, u), dv);
             self.pairs = pairs;
@@ -357,6 +357,12 @@ impl Contact {
         }
         v
     }
+}
+
+/// Whether any two particles can: those of one body without bonds cannot while it is in one piece.
+fn may_meet(bodies: &[Body]) -> bool {
+    let alone = |b: &Body| b.material.bonds().is_none() && b.material.touching().is_none_or(|t| t.piece.is_empty());
+    bodies.len() > 1 || !bodies.iter().all(alone)
 }
 
 #[cfg(test)]

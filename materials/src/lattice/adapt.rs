@@ -132,6 +132,9 @@ impl Lattice {
     /// Splits and merges; whether anything has changed.
     pub(super) fn renew(&mut self, now: &Present<'_>, next: &mut Renewal) -> bool {
         let Some(groups) = self.regroup(now.fence) else { return false };
+        if groups.iter().any(|g| !g.whole) {
+            self.gather(now.particles.position); // where nodes are now
+        }
         let mut new = self.states(&groups, now);
         self.give_back_spin(&groups, now, &mut new);
         let piece = |k: u32| self.derived.piece.get(k as usize).copied();
@@ -371,10 +374,8 @@ impl Lattice {
                 let moment =
                     g.cells.iter().map(|&c| (self.finest.place(c as usize) - first) * self.finest.mass[c as usize]);
                 let d = moment.sum::<DVec3>() / mass;
-                let fit = |of: &[DVec3]| self.lists.fit(k, of, &self.nodes, regions).1;
-                let turned = DMat3::from_quat(glam::DQuat::from_array(turn.map(f64::from)).normalize());
-                x += fit(p.position) * d + turned * (shape * (regions.still[k].lost * d));
-                v += fit(p.velocity) * d;
+                x += self.lists.gradient(k, regions) * d;
+                v += self.lists.gradient_of(p.velocity, k, &self.nodes, regions) * d;
             }
             s.position.push(x);
             s.velocity.push(v);

@@ -3,8 +3,11 @@
 
 use fissure_engine::lattice::{CellError, Cells, NEIGHBOURS, morton};
 use fissure_engine::{Buffer, Column, Of, Visitor};
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DQuat, DVec3, Vec3};
 use rayon::prelude::*;
+
+use super::matching::Turn;
+use super::regions::inverse;
 
 /// No cell, no node.
 pub const NONE: u32 = u32::MAX;
@@ -100,6 +103,19 @@ impl Finest {
                 (bit, self.across(cell, bit))
             })
         })
+    }
+
+    /// What rest vectors about a cell have become with cells at `x`: by least squares over those linked to it, and by its `turn`
+    /// along axes in which they have no extent.
+    pub fn gradient(&self, cell: usize, x: &[DVec3], turn: Turn) -> DMat3 {
+        let (mut mixed, mut spread) = (DMat3::ZERO, DMat3::ZERO);
+        for (_, other) in self.linked(cell) {
+            let (y, r) = (x[other] - x[cell], self.place(other) - self.place(cell));
+            mixed += DMat3::from_cols(y * r.x, y * r.y, y * r.z);
+            spread += DMat3::from_cols(r * r.x, r * r.y, r * r.z);
+        }
+        let (inverse, lost) = inverse(spread);
+        mixed * inverse + DMat3::from_quat(DQuat::from_array(turn.map(f64::from)).normalize()) * lost
     }
 
     /// Breaks the link `bit` of `cell` from both sides.

@@ -31,18 +31,17 @@ impl Lists {
         self.levers.extend(nodes.rest.iter().map(|&r| lever(r)));
     }
 
-    /// Matches all regions with nodes at `x`, as seen from `origin` [m].
+    /// Matches all regions with nodes at `x` [m], as seen from the first.
     pub fn gather(
         &mut self,
         x: &[DVec3],
-        origin: DVec3,
         nodes: &Nodes,
         regions: &Regions,
         turns: &[Turn],
         shapes: &Shapes,
         settings: &Settings,
     ) {
-        let levers = &self.levers;
+        let (levers, origin) = (&self.levers, x[0]);
         self.moments.resize(nodes.len(), EMPTY);
         self.moments.par_iter_mut().enumerate().with_min_len(4 * BLOCK).for_each(|(i, rows)| {
             *rows = moment(nodes.mass[i], x[i] - origin, levers[i]);
@@ -91,19 +90,24 @@ impl Lists {
         goal(&self.means[i], self.levers[i]) - (x - origin)
     }
 
-    /// The mean of `of` over a region, and its gradient over rest positions, by least squares; 0 along axes in which the
-    /// region has no extent.
-    pub fn fit(&self, region: usize, of: &[DVec3], nodes: &Nodes, regions: &Regions) -> (DVec3, DMat3) {
-        let still = &regions.still[region];
-        let first = of[regions.node[regions.row(region).start] as usize];
-        let (mut sum, mut mixed) = (DVec3::ZERO, DMat3::ZERO);
-        for e in regions.row(region) {
-            let i = regions.node[e] as usize;
-            let m = regions.share[e] * nodes.mass[i];
-            let (v, q) = ((of[i] - first) * m, nodes.rest[i] - still.centre);
-            sum += v;
-            mixed += DMat3::from_cols(v * q.x, v * q.y, v * q.z);
+    /// What rest vectors about a node have become: the mean over its regions.
+    pub fn gradient(&self, node: usize, regions: &Regions) -> DMat3 {
+        regions.of(node).fold(DMat3::ZERO, |sum, (region, share)| sum + self.found[region].gradient * share)
+    }
+
+    /// The gradient over rest positions of something that nodes have, by least squares in each region of `node`; 0 along axes
+    /// in which a region has no extent.
+    pub fn gradient_of(&self, of: &[DVec3], node: usize, nodes: &Nodes, regions: &Regions) -> DMat3 {
+        let mut mean = DMat3::ZERO;
+        for (region, share) in regions.of(node) {
+            let (still, mut mixed) = (&regions.still[region], DMat3::ZERO);
+            for e in regions.row(region) {
+                let i = regions.node[e] as usize;
+                let (v, q) = ((of[i] - of[node]) * (regions.share[e] * nodes.mass[i]), nodes.rest[i] - still.centre);
+                mixed += DMat3::from_cols(v * q.x, v * q.y, v * q.z);
+            }
+            mean += mixed * still.inverse * share;
         }
-        (first + sum / still.mass, mixed * still.inverse)
+        mean
     }
 }

@@ -114,6 +114,8 @@ pub struct Found {
     pub turn: Turn,
     /// S = RᵀA, the stretch of the plastic rest shape [1].
     pub stretch: DMat3,
+    /// What rest vectors have become, by least squares: A of the elastic rest shape.
+    pub gradient: DMat3,
 }
 
 /// Matches four regions with all that there may be: β, volume, a plastic rest shape (identity where there is none).
@@ -142,6 +144,7 @@ pub fn general(
         sum(&spread, &product(&r, &lanes(still.map(|s| s.lost))))
     };
     let stretch = product(&transposed(&r), &a);
+    let gradient = if flows { product(&a, &shape) } else { a };
     let det = determinant(&a);
     if settings.volume_preserving {
         let size = det.to_array().map(|d| if d > LEAST { d.cbrt().recip() } else { 1.0 });
@@ -152,8 +155,9 @@ pub fn general(
     let beta = number(|s| s.beta) * sound;
     let g: Matrices = std::array::from_fn(|i| std::array::from_fn(|j| r[i][j] + beta * (a[i][j] - r[i][j])));
     let g = if flows { product(&g, &shape) } else { g };
-    let (turned, stretch) = (remembered(q), unlaned(&stretch));
-    (goals(&g, &centre, &rest), std::array::from_fn(|l| Found { turn: turned[l], stretch: stretch[l] }))
+    let (turn, stretch, gradient) = (remembered(q), unlaned(&stretch), unlaned(&gradient));
+    let found = |l: usize| Found { turn: turn[l], stretch: stretch[l], gradient: gradient[l] };
+    (goals(&g, &centre, &rest), std::array::from_fn(found))
 }
 
 /// β counts fully down to this det A, and nothing at 0: at β = 0.9, a body that falls on its side otherwise stays folded into

@@ -37,7 +37,7 @@ use rayon::prelude::*;
 
 use self::cells::Finest;
 use self::lists::Lists;
-use self::matching::{EMPTY, STRAIGHT, Turn, add, goal, lever, matrix};
+use self::matching::{STRAIGHT, Turn, goal, lever};
 use self::nodes::Nodes;
 pub use self::params::{Method, Plastic, Settings};
 use self::regions::Regions;
@@ -195,14 +195,14 @@ impl Lattice {
     }
 
     /// Finds the mean goals of nodes at `x` [m].
-    fn gather(&mut self, x: &[DVec3], full: bool) {
+    fn gather(&mut self, x: &[DVec3]) {
         let Self { settings, finest, nodes, turn, shapes, derived, lists, .. } = self;
         let origin = x[0];
         if let Some(uniform) = &mut derived.uniform {
-            uniform.gather(&Step { x, origin, finest, turns: turn, shapes, settings, full });
+            uniform.gather(&Step { x, origin, finest, turns: turn, shapes, settings });
         }
         if derived.regions.len() > 0 {
-            lists.gather(x, origin, nodes, &derived.regions, turn, shapes, settings);
+            lists.gather(x, nodes, &derived.regions, turn, shapes, settings);
             lists.scatter(&derived.regions, nodes.len());
         }
     }
@@ -240,7 +240,7 @@ impl Lattice {
         x.clear();
         x.extend(p.position.iter().zip(p.velocity).map(|(x, v)| *x + *v * (dt * self.settings.damping)));
         for pass in 0..self.settings.passes {
-            self.gather(&x, false);
+            self.gather(&x);
             if pass == 0 {
                 self.measure();
             }
@@ -310,7 +310,7 @@ impl Material for Lattice {
         if self.settings.passes > 1 || self.settings.damping > 0.0 {
             self.shift_by_passes(p, share, dt);
         } else {
-            self.gather(p.position, false);
+            self.gather(p.position);
             self.measure();
         }
         let (this, origin) = (&*self, p.position[0]);
@@ -358,19 +358,15 @@ impl Material for Lattice {
 
     fn lattice<'a>(&'a mut self, p: &BodyParticles<'a>) -> Option<LatticePose<'a>> {
         self.know_regions();
-        self.gather(p.position, true);
+        self.gather(p.position);
         let mut deformation = std::mem::take(&mut self.deformation);
-        deformation.clear();
-        deformation.extend((0..p.len()).map(|i| {
-            let mut mean = EMPTY;
-            if let Some(uniform) = &self.derived.uniform {
-                matching::add_scaled(&mut mean, uniform.mean(i), 1.0 / uniform.count(i));
-            }
-            if self.derived.regions.len() > 0 {
-                add(&mut mean, &self.lists.means[i]);
-            }
-            matrix(&mean)
-        }));
+        deformation.resize(p.len(), DMat3::IDENTITY);
+        deformation.par_iter_mut().enumerate().with_min_len(256).for_each(|(i, to)| {
+            *to = match &self.derived.uniform {
+                Some(uniform) => self.finest.gradient(i, p.position, uniform.turn(i)),
+                None => self.lists.gradient(i, &self.derived.regions),
+            };
+        });
         self.deformation = deformation;
         Some(LatticePose {
             carrier: &self.finest.carrier,

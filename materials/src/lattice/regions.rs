@@ -292,7 +292,7 @@ fn trace(m: DMat3) -> f64 {
 }
 
 /// The inverse of a symmetric matrix along the axes where it is not next to nothing, and what projects onto the others.
-fn inverse(spread: DMat3) -> (DMat3, DMat3) {
+pub fn inverse(spread: DMat3) -> (DMat3, DMat3) {
     if spread.determinant() > THIN * trace(spread).powi(3) {
         return (spread.inverse(), DMat3::ZERO);
     }

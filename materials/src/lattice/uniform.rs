@@ -36,6 +36,8 @@ const BLOCKS: usize = 4;
 /// A box of cells of its own, with what lies around it.
 #[derive(Debug, Default)]
 struct Block {
+    /// w of the regions.
+    half_width: usize,
     /// Cells along x of the body's box.
     nx: usize,
     /// Rows along y in the plane of this block, and which of them are its own.
@@ -49,8 +51,8 @@ struct Block {
     at: Vec<u32>,
     /// Number among its own of each, else [`NONE`].
     own: Vec<u32>,
-    /// For each of its own: the sum of the goals of its cubes, and the same as rows; the rotation of the cube around it, and its
-    /// stretch where rest shapes flow.
+    /// For each of its own: the sum of the goals of its cubes; the rotation of the cube around it, and its stretch where rest
+    /// shapes flow; sums over that cube, when it is settled.
     goals: Vec<DVec3>,
     means: Vec<Rows>,
     turns: Vec<Turn>,
@@ -94,8 +96,6 @@ pub struct Step<'a> {
     pub turns: &'a [Turn],
     pub shapes: &'a Shapes,
     pub settings: &'a Settings,
-    /// Whether mean goals are wanted as rows.
-    pub full: bool,
 }
 
 /// The uniform lattice of a body.
@@ -207,10 +207,10 @@ impl Uniform {
 
     /// Sums over the cube around every cell with nodes at `x`, into the means.
     fn sum_cubes(&mut self, finest: &Finest, x: impl Fn(usize) -> DVec3 + Sync) {
-        let (w, columns) = (self.half_width, &self.columns);
+        let columns = &self.columns;
         self.blocks.par_iter_mut().for_each(|b| {
             let mut means = std::mem::take(&mut b.means);
-            b.cubes(w, finest, columns, &x, |own, rows| {
+            b.cubes(finest, columns, &x, |own, rows| {
                 if own != NONE {
                     means[own as usize] = *rows;
                 }
@@ -221,8 +221,8 @@ impl Uniform {
 
     /// Sums the goals of all cubes over every cell.
     pub fn gather(&mut self, step: &Step<'_>) {
-        let (w, columns) = (self.half_width, &self.columns);
-        self.blocks.par_iter_mut().for_each(|b| b.gather(w, columns, step));
+        let columns = &self.columns;
+        self.blocks.par_iter_mut().for_each(|b| b.gather(columns, step));
     }
 
     /// The sum of the goals of the cubes over a cell.
@@ -232,8 +232,8 @@ impl Uniform {
         self.blocks[block as usize].goals[k as usize]
     }
 
-    /// The same as rows, after a [full](Step::full) step.
-    pub fn mean(&self, cell: usize) -> &Rows {
+    /// What [`sum_cubes`](Self::sum_cubes) has found around a cell.
+    fn mean(&self, cell: usize) -> &Rows {
         let [block, k] = self.rank[cell];
         &self.blocks[block as usize].means[k as usize]
     }
@@ -283,6 +283,7 @@ impl Block {
         let (all_rows, all_planes) = (around(&rows, size[1]), around(&planes, size[2]));
         let (nx, ny) = (size[0], all_rows.len());
         let mut b = Self {
+            half_width: w,
             nx,
             ny,
             own_rows: rows.start - all_rows.start..rows.end - all_rows.start,
@@ -324,7 +325,6 @@ impl Block {
     /// The sums over the cube around each cell, with nodes at `x`; `each` gets the number among the own and the sums.
     fn cubes(
         &mut self,
-        w: usize,
         finest: &Finest,
         columns: &Columns,
         x: impl Fn(usize) -> DVec3,
@@ -332,25 +332,18 @@ impl Block {
     ) {
         let mut s = std::mem::take(&mut self.scratch);
         s.moments.fill(EMPTY);
-        let w = w as isize;
+        let w = self.half_width as isize;
         for z in self.own_planes.start as isize - 2 * w..self.own_planes.end as isize + w {
-            self.turn_over(w, z, finest, columns, &x, &mut s.moments);
-            self.regions(w as usize, z - w, &mut s, |entry, rows| each(self.own[entry], rows));
+            self.turn_over(z, finest, columns, &x, &mut s.moments);
+            self.regions(z - w, &mut s, |entry, rows| each(self.own[entry], rows));
         }
         self.scratch = s;
     }
 
     /// Lets plane `z` enter the sum over 2w + 1 planes, and the last one leave.
     #[inline(always)]
-    fn turn_over(
-        &self,
-        w: isize,
-        z: isize,
-        finest: &Finest,
-        columns: &Columns,
-        x: &impl Fn(usize) -> DVec3,
-        sum: &mut [Rows],
-    ) {
+    fn turn_over(&self, z: isize, finest: &Finest, columns: &Columns, x: &impl Fn(usize) -> DVec3, sum: &mut [Rows]) {
+        let w = self.half_width as isize;
         let of = |k: usize| {
             let c = self.cells[k] as usize;
             moment(columns.weight[c], x(c), lever(finest.place(c)))
@@ -361,14 +354,15 @@ impl Block {
 
     /// Gives the sums over the cube around each entry of plane `z` that a cell of this block may need.
     #[inline(always)]
-    fn regions(&self, w: usize, z: isize, s: &mut Scratch, mut each: impl FnMut(usize, &Rows)) {
+    fn regions(&self, z: isize, s: &mut Scratch, mut each: impl FnMut(usize, &Rows)) {
         let mut entries = self.plane(z).peekable();
         if entries.peek().is_none() {
             return;
         }
+        let w = self.half_width;
         let rows = self.own_rows.start.saturating_sub(w)..(self.own_rows.end + w).min(self.ny);
         let Scratch { moments, lines, sum, .. } = s;
-        along(moments, self.nx, self.ny, w, rows, lines, sum, |y, sums| {
+        along(moments, [self.nx, self.ny], w, rows, lines, sum, |y, sums| {
             let (start, end) = ((y * self.nx) as u32, ((y + 1) * self.nx) as u32);
             while entries.next_if(|&k| self.at[k] < start).is_some() {}
             while let Some(k) = entries.next_if(|&k| self.at[k] < end) {
@@ -377,9 +371,10 @@ impl Block {
         });
     }
 
-    fn gather(&mut self, w: usize, columns: &Columns, step: &Step<'_>) {
+    fn gather(&mut self, columns: &Columns, step: &Step<'_>) {
+        let w = self.half_width;
         let mut s = std::mem::take(&mut self.scratch);
-        let (mut goals, mut means) = (std::mem::take(&mut self.goals), std::mem::take(&mut self.means));
+        let mut goals = std::mem::take(&mut self.goals);
         let (mut turns, mut stretch) = (std::mem::take(&mut self.turns), std::mem::take(&mut self.stretch));
         s.moments.fill(EMPTY);
         s.goals.fill(EMPTY);
@@ -387,7 +382,7 @@ impl Block {
         let (plane, i) = (self.nx * self.ny, w as isize);
         let x = |c: usize| step.x[c] - step.origin;
         for z in self.own_planes.start as isize - 2 * i..self.own_planes.end as isize + 2 * i {
-            self.turn_over(i, z, step.finest, columns, &x, &mut s.moments);
+            self.turn_over(z, step.finest, columns, &x, &mut s.moments);
             let middle = z - i;
             if middle < self.own_planes.start as isize - i {
                 continue;
@@ -401,34 +396,30 @@ impl Block {
                 subtract(&mut sum[at], &kept[at]);
                 kept[at] = EMPTY;
             }
-            self.match_plane(w, middle, columns, step, &mut s, kept, (&mut turns, &mut stretch));
+            self.match_plane(middle, columns, step, &mut s, kept, (&mut turns, &mut stretch));
             self.plane(middle).for_each(|k| add(&mut sum[self.at[k] as usize], &kept[self.at[k] as usize]));
             (s.ring, s.goals) = (ring, sum);
             let out = middle - i;
             if out >= self.own_planes.start as isize {
                 let mut entries = self.plane(out).peekable();
                 let Scratch { goals: sum, lines, sum: line, .. } = &mut s;
-                along(sum, self.nx, self.ny, w, self.own_rows.clone(), lines, line, |y, sums| {
+                along(sum, [self.nx, self.ny], w, self.own_rows.clone(), lines, line, |y, sums| {
                     let (start, end) = ((y * self.nx) as u32, ((y + 1) * self.nx) as u32);
                     while entries.next_if(|&k| self.at[k] < start).is_some() {}
                     while let Some(k) = entries.next_if(|&k| self.at[k] < end) {
-                        let (own, rows) = (self.own[k] as usize, &sums[(self.at[k] - start) as usize]);
-                        goals[own] = goal(rows, lever(step.finest.place(self.cells[k] as usize)));
-                        if step.full {
-                            means[own] = *rows;
-                        }
+                        let rows = &sums[(self.at[k] - start) as usize];
+                        goals[self.own[k] as usize] = goal(rows, lever(step.finest.place(self.cells[k] as usize)));
                     }
                 });
             }
         }
-        (self.goals, self.means, self.turns, self.stretch, self.scratch) = (goals, means, turns, stretch, s);
+        (self.goals, self.turns, self.stretch, self.scratch) = (goals, turns, stretch, s);
     }
 
     /// Matches the cubes around the cells of plane `z`, four at a time, and keeps their goals.
     #[inline(always)]
     fn match_plane(
         &self,
-        w: usize,
         z: isize,
         columns: &Columns,
         step: &Step<'_>,
@@ -456,7 +447,7 @@ impl Block {
             };
             (0..count).for_each(|l| kept[self.at[entry[l]] as usize] = goals[l]);
         };
-        self.regions(w, z, s, |k, rows| {
+        self.regions(z, s, |k, rows| {
             if !columns.whole[self.cells[k] as usize] {
                 return;
             }
@@ -480,8 +471,7 @@ impl Block {
 #[inline(always)]
 fn along(
     plane: &[Rows],
-    nx: usize,
-    ny: usize,
+    [nx, ny]: [usize; 2],
     w: usize,
     wanted: Range<usize>,
     lines: &mut [Rows],
@@ -493,7 +483,7 @@ fn along(
     for y in first..wanted.end + w {
         let slot = y % (2 * w + 1) * nx;
         let line = &mut lines[slot..slot + nx];
-        if y >= first + 2 * w + 1 {
+        if y > first + 2 * w {
             sum.iter_mut().zip(&*line).for_each(|(sum, row)| subtract(sum, row));
         }
         if y < ny {
