@@ -111,6 +111,9 @@ pub trait Material: Send + Sync {
         Vec::new()
     }
 
+    /// Makes what follows from restored columns, before a step; nothing in a body that runs.
+    fn wake(&mut self) {}
+
     /// Adds to `dv` [m/s] what deformation does in `dt` [s]: h·f/ρ for forces. Changes no state: evaluating twice gives
     /// the same bits.
     fn respond(&mut self, p: &BodyParticles<'_>, dt: f64, dv: &mut [DVec3]);

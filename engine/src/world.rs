@@ -254,7 +254,10 @@ impl World {
     /// A force that is not finite or absurd; then nothing has changed. No equilibrium, see [`StepError::NoEquilibrium`].
     pub fn step(&mut self) -> Result<(), StepError> {
         self.contact.note_cuts(&self.particles, &self.bodies);
-        self.bodies.iter_mut().for_each(|b| b.cuts.clear());
+        for b in &mut self.bodies {
+            b.cuts.clear();
+            b.material.wake();
+        }
         if self.step == 0 {
             self.adapt(); // from the finest, after anchors have taken hold
         }

@@ -303,6 +303,10 @@ impl Material for Lattice {
         true
     }
 
+    fn wake(&mut self) {
+        self.know_nodes();
+    }
+
     fn respond(&mut self, p: &BodyParticles<'_>, dt: f64, dv: &mut [DVec3]) {
         self.know_regions();
         let share = self.settings.share(dt);
