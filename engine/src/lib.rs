@@ -19,6 +19,7 @@ pub mod integrate;
 pub mod lane;
 pub mod law;
 pub mod material;
+pub mod noise;
 pub mod params;
 pub mod particles;
 pub mod peridynamic;

@@ -113,7 +113,7 @@ impl Scene<'_> {
 /// What contact knows about particles beside their columns; all but `held` never changes.
 #[derive(Debug, Default)]
 struct Still {
-    /// Half the height of a regular tetrahedron of its volume [m]: where its face would touch.
+    /// [`radius`] [m].
     radius: Vec<f64>,
     /// Whether it is near a surface of the undamaged body.
     surface: Vec<bool>,
@@ -123,10 +123,15 @@ struct Still {
     held: Vec<bool>,
 }
 
+/// Radius [m] of the ball that a particle of `volume` [m³] meets others as: half the edge of a cube as large.
+fn radius(volume: f64) -> f64 {
+    0.5 * volume.cbrt()
+}
+
 impl Still {
     fn of(scene: &Scene<'_>) -> Self {
         let p = scene.particles;
-        let radius: Vec<f64> = p.volume.par_iter().map(|v| 0.5 * v.cbrt()).collect();
+        let radius: Vec<f64> = p.volume.par_iter().map(|&v| radius(v)).collect();
         let (mut surface, mut modulus) = (vec![true; p.len()], vec![f32::INFINITY; p.len()]);
         for b in scene.bodies {
             let kappa = b.material.bulk_moduli();
@@ -303,8 +308,6 @@ impl Contact {
 mod tests {
     /// A number in [0, 1) that depends on nothing but `k`.
     pub fn unit(k: u64) -> f64 {
-        let mut z = k.wrapping_add(0x9E37_79B9_7F4A_7C15).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        0.5 + 0.5 * crate::noise::noise(k)
     }
 }
