@@ -83,7 +83,10 @@ impl Simulation {
             if !known || !body.material.consistent(body.range.len()) {
                 return Err(bad(format!("the bonds of body `{}` contradict each other", body.name)));
             }
-            if embedded.mesh.tets().len() != body.range.len() || !embedded.mesh.consistent() {
+            if embedded.mesh.tets().len() != body.range.len()
+                || !embedded.mesh.consistent()
+                || !embedded.skin.consistent(&embedded.mesh)
+            {
                 return Err(bad(format!("the mesh of body `{}` contradicts itself", body.name)));
             }
         }
