@@ -112,7 +112,9 @@ impl Cells {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CellError {
     /// Columns of different lengths, or none at all.
-    #[error("a lattice of {cells} cells with {links} rows of links and {particles} particles; it needs one of each for every cell")]
+    #[error(
+        "a lattice of {cells} cells with {links} rows of links and {particles} particles; it needs one of each for every cell"
+    )]
     Lengths {
         /// Indices given.
         cells: usize,
@@ -122,7 +124,9 @@ pub enum CellError {
         particles: usize,
     },
     /// Cells out of order, twice, or too far out.
-    #[error("lattice cell {cell} is not in Morton order behind the one before it, or has an index of {MOST_CELLS} or more")]
+    #[error(
+        "lattice cell {cell} is not in Morton order behind the one before it, or has an index of {MOST_CELLS} or more"
+    )]
     Order {
         /// Which.
         cell: usize,
@@ -200,7 +204,8 @@ mod tests {
 
     #[test]
     fn links_are_two_sided_and_cells_in_order() {
-        let pair = Cells { size: 1.0, origin: DVec3::ZERO, index: vec![[4, 0, 0], [5, 0, 0]], links: vec![1 << 13, 1 << 12] };
+        let pair =
+            Cells { size: 1.0, origin: DVec3::ZERO, index: vec![[4, 0, 0], [5, 0, 0]], links: vec![1 << 13, 1 << 12] };
         assert_eq!(pair.check(2), Ok(()));
         assert_eq!(pair.check(3), Err(CellError::Lengths { cells: 2, links: 2, particles: 3 }));
         let alone = Cells { links: vec![1 << 13, 0], ..pair.clone() };
