@@ -10,6 +10,8 @@ use fissure_engine::params::Range;
 const ANY: Range = Range::open(f64::NEG_INFINITY, f64::INFINITY);
 /// (0, 1]
 const SHARE: Range = Range { low: (0.0, false), high: (1.0, true) };
+/// [0, 1]
+const SHARE_OR_0: Range = Range { low: (0.0, true), high: (1.0, true) };
 const LENGTH: KeyKind = KeyKind::Number(Range::POSITIVE);
 
 /// What a key takes.
@@ -110,6 +112,7 @@ impl Key {
 pub const RIVALS: &[(&str, &[&str])] = &[
     ("body.NAME", &["mesh", "shape"]),
     ("body.NAME", &["size", "tets"]),
+    ("body.NAME", &["cells", "cell"]),
     ("body.NAME", &["horizon", "horizon_factor"]),
     ("body.NAME.cut.N", &["triangle", "rectangle"]),
     ("body.NAME.region.N", &["box", "ball", "label", "nearest"]),
@@ -270,6 +273,32 @@ const KEYS: &[Key] = &[
         Toml("20000"),
         "how many tetrahedra are wanted to fill a surface",
     ),
+    of("body.NAME.cells", Whole(8, 1_000_000_000), "", Toml("2000"), "of a lattice: how many cells are wanted, about"),
+    of("body.NAME.cell", LENGTH, "m", Said("`cells` decides"), "of a lattice: edge of a cell"),
+    of("body.NAME.memory", Whole(1, 1 << 30), "MiB", Toml("4096"), "of a lattice: memory that making it may take"),
+    of(
+        "body.NAME.crack_faces",
+        Table,
+        "",
+        Said("noisy"),
+        "of a lattice: how faces between cells look where they open (Ohta et al., Fig. 4)",
+    ),
+    of(
+        "body.NAME.crack_faces.kind",
+        Word(&["noisy", "fitted", "raw"]),
+        "",
+        Toml("'noisy'"),
+        "bent, plane and ending at the surface, or whole cubes outside as within",
+    ),
+    of("body.NAME.crack_faces.noise", Number(SHARE_OR_0), "1", Toml("0.7"), "how far faces are bent, in cells"),
+    of(
+        "body.NAME.crack_faces.scale",
+        Number(Range::POSITIVE),
+        "1",
+        Toml("2.8"),
+        "size of the bends in cells; at least 4 times `noise`",
+    ),
+    of("body.NAME.crack_faces.seed", Whole(0, i64::MAX as u64), "", Toml("1"), "which of many noises"),
     of("body.NAME.shell", LENGTH, "m", Said("solid"), "makes the surface a solid wall of this thickness"),
     of(
         "body.NAME.scale",

@@ -120,7 +120,7 @@ impl Follower {
             };
             let turned = nearest_rotation(pose.deformation[own as usize], DQuat::IDENTITY);
             let moments = Moments::join(all.iter().map(|&k| moment(k)));
-            let fit = moments.fit((nodes[own as usize] / 2.0).powi(2), turned);
+            let fit = moments.fit((nodes[own as usize] / 4.0).powi(2), turned);
             moments.moved(&fit, rest)
         };
         (0..patchwork.origin.len())

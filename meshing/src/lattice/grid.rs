@@ -27,7 +27,7 @@ impl Grid {
     }
 
     /// The point [m] with these cell coordinates, to 1e-13 of a cell.
-    pub fn from_cells(self, u: DVec3) -> DVec3 {
+    pub fn place(self, u: DVec3) -> DVec3 {
         let mut p = u;
         // The map shrinks distances by at least a tenth each time: see [`Noise::bends_too_far`].
         for _ in 0..300 {
@@ -103,7 +103,7 @@ mod tests {
         let (mut far, mut steepest) = (0.0f64, 0.0f64);
         for x in scatter(20_000) {
             let u = grid.to_cells(x);
-            far = far.max((grid.from_cells(u) - x).length() / grid.size);
+            far = far.max((grid.place(u) - x).length() / grid.size);
             let h = 1e-6;
             let slope = |d: DVec3| (grid.to_cells(x + d * h * grid.size) - u) / h - d;
             let (a, b, c) = (slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z));

@@ -147,11 +147,11 @@ fn line_segments(points: &mut Points, grid: Grid, segments: &mut Vec<Segment>) -
                     match corners.get(&on) {
                         Some(&corner) => corner,
                         None if axis == 2 => {
-                            let corner = points.push(grid.from_cells(u), u, on);
+                            let corner = points.push(grid.place(u), u, on);
                             corners.insert(on, corner);
                             corner
                         }
-                        None => return Err(Tangled(grid.from_cells(u))),
+                        None => return Err(Tangled(grid.place(u))),
                     }
                 };
                 let mut run = vec![from, to];
@@ -159,7 +159,7 @@ fn line_segments(points: &mut Points, grid: Grid, segments: &mut Vec<Segment>) -
                     let mut on = at(m);
                     on[axis] = FREE;
                     let u = (points.u[from as usize] + points.u[to as usize]) / 2.0;
-                    run.insert(1, points.push(grid.from_cells(u), u, on));
+                    run.insert(1, points.push(grid.place(u), u, on));
                 }
                 around(axis, at(m), &run, segments);
                 (from, from_corner) = (to, !last);
@@ -280,7 +280,7 @@ fn regions(points: &Points, grid: Grid, segments: &[Segment]) -> Result<Vec<Regi
         let mut add = |p: DVec2| {
             let mut u = DVec3::ZERO;
             (u[axis], u[(axis + 1) % 3], u[(axis + 2) % 3]) = (f64::from(plane), p.x, p.y);
-            new.push((grid.from_cells(u), u));
+            new.push((grid.place(u), u));
             NEW + new.len() as u32 - 1
         };
         let triangles = match centre(&outer, &holes, at) {
