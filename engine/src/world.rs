@@ -255,6 +255,9 @@ impl World {
     pub fn step(&mut self) -> Result<(), StepError> {
         self.contact.note_cuts(&self.particles, &self.bodies);
         self.bodies.iter_mut().for_each(|b| b.cuts.clear());
+        if self.step == 0 {
+            self.adapt(); // from the finest, after anchors have taken hold
+        }
         let mut profile = self.profile;
         let done = match self.integrator {
             Integrator::SymplecticEuler => self.step_euler(&mut profile),

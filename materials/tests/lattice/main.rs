@@ -1,0 +1,4 @@
+//! The lattice: what it keeps, whatever the method.
+
+mod body;
+mod update;
