@@ -188,7 +188,7 @@ fn stiffness_does_not_depend_on_the_step() {
 #[test]
 fn debug_flat() {
     for method in METHODS {
-        let mut world = Solid::block([7,6,1]).world(&[("method", word(method)), ("stiffness", number(0.9))]);
+        let mut world = Solid::block([7, 6, 1]).world(&[("method", word(method)), ("stiffness", number(0.9))]);
         for i in 0..world.particles.len() {
             world.particles.velocity[i] = crate::body::vector(i, 5);
         }
@@ -197,7 +197,9 @@ fn debug_flat() {
             world.step().unwrap();
             let (_, turned, _) = crate::body::momenta(&world);
             let d = angular.distance(turned) / scale;
-            if d > 1e-13 { println!("{method} {k} {} {d:.1e}", world.particles.len()); }
+            if d > 1e-13 {
+                println!("{method} {k} {} {d:.1e}", world.particles.len());
+            }
         }
     }
 }

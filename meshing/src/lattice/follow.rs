@@ -78,54 +78,62 @@ impl Follower {
         let (low, size) = (DVec3::new(self.grid[0], self.grid[1], self.grid[2]) - origin, self.grid[3]);
         let near: Vec<Vec<u32>> = surface
             .par_iter()
-            .map(|&c| {
-                let middle = low + (DVec3::from_array(self.place(c as usize).map(f64::from)) + 0.5) * size;
-                let counts = |k: u32| {
-                    let reach = 1.5 * WIDTH * nodes[k as usize] + (0.5 + BEYOND) * size;
-                    (pose.rest[k as usize] - middle).abs().max_element() < reach
-                };
-                let mut found = vec![pose.carrier[c as usize]];
-                let mut at = 0;
-                while at < found.len() {
-                    for &k in next(found[at]) {
-                        if !found.contains(&k) && counts(k) {
-                            found.push(k);
+            .map_init(
+                || vec![NONE; nodes.len()],
+                |seen, &c| {
+                    let middle = low + (DVec3::from_array(self.place(c as usize).map(f64::from)) + 0.5) * size;
+                    let counts = |k: u32| {
+                        let reach = 1.5 * WIDTH * nodes[k as usize] + (0.5 + BEYOND) * size;
+                        (pose.rest[k as usize] - middle).abs().max_element() < reach
+                    };
+                    let own = pose.carrier[c as usize];
+                    seen[own as usize] = c;
+                    let mut found = vec![own];
+                    let mut at = 0;
+                    while at < found.len() {
+                        for &k in next(found[at]) {
+                            if seen[k as usize] != c && counts(k) {
+                                seen[k as usize] = c;
+                                found.push(k);
+                            }
                         }
+                        at += 1;
                     }
-                    at += 1;
-                }
-                found.sort_unstable();
-                found
-            })
+                    found.sort_unstable();
+                    found
+                },
+            )
             .collect();
 
-        let follow = |v: usize| {
+        let follow = |counted: &mut Vec<(u32, f64)>, v: usize| {
             let rest = facets.rest_position(patchwork.origin[v]) - origin;
             let cells = patchwork.cells_of(v);
-            let mut several = Vec::new();
-            let all = if let [only] = cells {
-                &near[row[*only as usize] as usize]
-            } else {
-                several.extend(cells.iter().flat_map(|&c| &near[row[c as usize] as usize]));
-                several.sort_unstable();
-                several.dedup();
-                &several
-            };
             let own = pose.carrier[cells[0] as usize];
-            let moment = |k: u32| {
+            let lists = || cells.iter().map(|&c| &near[row[c as usize] as usize]);
+            counted.clear();
+            for &k in lists().flatten() {
                 let along = ((rest - pose.rest[k as usize]) / (WIDTH * nodes[k as usize])).to_array().map(spline);
                 let weight = along[0] * along[1] * along[2] + if k == own { LEAST } else { 0.0 };
+                if weight > 0.0 {
+                    counted.push((k, weight));
+                }
+            }
+            if cells.len() > 1 {
+                counted.sort_unstable_by_key(|c| c.0);
+                counted.dedup_by_key(|c| c.0);
+            }
+            let moment = |&(k, weight): &(u32, f64)| {
                 let k = k as usize;
                 Moments::one(weight, pose.rest[k], pose.position[k], pose.velocity[k])
             };
             let turned = nearest_rotation(pose.deformation[own as usize], DQuat::IDENTITY);
-            let moments = Moments::join(all.iter().map(|&k| moment(k)));
+            let moments = Moments::join(counted.iter().map(moment));
             let fit = moments.fit((nodes[own as usize] / 4.0).powi(2), turned);
             moments.moved(&fit, rest)
         };
         (0..patchwork.origin.len())
             .into_par_iter()
-            .map(follow)
+            .map_init(Vec::new, follow)
             .unzip_into_vecs(&mut self.positions, &mut self.velocities);
     }
 
