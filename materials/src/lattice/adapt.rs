@@ -186,7 +186,12 @@ impl Lattice {
     /// Whether a node may be merged with its siblings.
     fn calm(&self, node: usize) -> bool {
         let top = self.derived.top[self.nodes.cells(node)[0] as usize];
-        self.nodes.level[node] < top && self.strain_of(node) < self.settings.merge_below
+        self.nodes.level[node] < top && self.is_calm(self.strain_of(node))
+    }
+
+    /// Whether nodes so stretched merge; fresh ones do always.
+    fn is_calm(&self, strain: f64) -> bool {
+        self.strain.is_empty() || strain < self.settings.merge_below
     }
 
     fn must_split(&self, node: usize) -> bool {
@@ -304,7 +309,7 @@ impl Lattice {
                     u32::from(g.level) == level
                         && g.whole
                         && g.fence == fence
-                        && f64::from(g.strain) < self.settings.merge_below
+                        && self.is_calm(f64::from(g.strain))
                         && level < u32::from(self.derived.top[g.cells[0] as usize])
                 })
             };

@@ -98,6 +98,8 @@ struct Derived {
     uniform: Option<Uniform>,
     /// The coarsest level that each cell may be carried at.
     top: Vec<u8>,
+    /// How far the region of each cell spreads in the uniform lattice [m²], where β needs it.
+    fine: Vec<f64>,
     /// Connected piece of each node; empty while there is one.
     piece: Vec<u32>,
     pieces: usize,
@@ -130,6 +132,10 @@ impl Lattice {
         self.finest.find_neighbours();
         self.nodes.derive(&self.finest);
         self.derived.top = adapt::tops(&self.finest, &self.settings);
+        let settings = &self.settings;
+        if settings.method == Method::Ohta && settings.levels > 0 && !settings.as_written {
+            self.derived.fine = regions::fine_spread(&self.finest, settings.half_width);
+        }
         self.find_pieces();
         self.derived.nodes = true;
         self.derived.regions_known = false;
@@ -152,7 +158,7 @@ impl Lattice {
 
     /// Finds the regions: those that `before` does not know, and cubes near the cells in `changed` or all.
     fn connect(&mut self, before: Option<(&Regions, &[u32], &[u32])>, changed: Option<&[u32]>) {
-        let Derived { regions, uniform, .. } = &mut self.derived;
+        let Derived { regions, uniform, fine, .. } = &mut self.derived;
         let (finest, nodes, settings) = (&self.finest, &self.nodes, &self.settings);
         // a full cell weighs as much for its volume as all together
         let density = finest.mass.iter().sum::<f64>() / finest.volume.iter().sum::<f64>();
@@ -175,7 +181,7 @@ impl Lattice {
             }
         };
         regions.divide(&total);
-        regions.settle(nodes, settings, unit);
+        regions.settle(nodes, settings, unit, fine);
         self.lists.settle(nodes);
         let slots = if settings.per_node() { nodes.len() } else { regions.len() };
         if self.turn.len() != slots {
@@ -224,24 +230,28 @@ impl Lattice {
         }
     }
 
-    /// Goes on to the goals of where nodes are after each pass. A pass turns nothing as a whole, but the next one starts from
-    /// other places: what all together turn is taken back.
-    fn more_passes(&mut self, p: &BodyParticles<'_>, share: f64) {
-        let mut moved = std::mem::take(&mut self.moved);
-        self.shift.clear();
-        self.shift.resize(p.len(), DVec3::ZERO);
+    /// Goals of where nodes will be, by as much as damping asks, and then of where they are after each pass. A pass turns nothing
+    /// as a whole about the places that it starts from, which are not those of the step: what all together turn is taken back.
+    fn shift_by_passes(&mut self, p: &BodyParticles<'_>, share: f64, dt: f64) {
+        let mut x = std::mem::take(&mut self.moved);
+        let mut shift = std::mem::take(&mut self.shift);
+        shift.resize(p.len(), DVec3::ZERO);
+        x.clear();
+        x.extend(p.position.iter().zip(p.velocity).map(|(x, v)| *x + *v * (dt * self.settings.damping)));
         for pass in 0..self.settings.passes {
-            if pass > 0 {
-                moved.clear();
-                moved.extend(p.position.iter().zip(&self.shift).map(|(x, shift)| *x + *shift));
-                self.gather(&moved, false);
+            self.gather(&x, false);
+            if pass == 0 {
+                self.measure();
             }
-            let mut shift = std::mem::take(&mut self.shift);
-            let (this, x) = (&*self, if pass == 0 { p.position } else { &moved });
-            let step = |(i, shift): (usize, &mut DVec3)| *shift += this.way(i, x[i], x[0]) * share;
-            shift.par_iter_mut().enumerate().with_min_len(1024).for_each(step);
-            self.shift = shift;
+            let (this, origin) = (&*self, x[0]);
+            x.par_iter_mut().zip(&mut shift).enumerate().with_min_len(1024).for_each(|(i, (x, shift))| {
+                let step = this.way(i, *x, origin) * share;
+                *shift += step;
+                *x += step;
+            });
         }
+        self.shift = shift;
+        let moved = x;
         self.moved = moved;
         let piece = |i: usize| self.derived.piece.get(i).map_or(0, |&k| k as usize);
         let mut spins = Spins::new(self.derived.pieces, (0..p.len()).map(|i| (piece(i), p.mass[i], p.position[i])));
@@ -255,7 +265,8 @@ impl Lattice {
         let Some(told) = self.settings.plastic else { return };
         let Self { derived, shapes, lists, .. } = self;
         if let Some(uniform) = &derived.uniform {
-            (0..shapes.len()).for_each(|k| shapes.flow(k, uniform.stretch(k), told, dt));
+            let whole = (0..shapes.len()).filter(|&k| uniform.is_whole(k));
+            whole.for_each(|k| shapes.flow(k, uniform.stretch(k), told, dt));
         }
         for region in 0..derived.regions.len() {
             shapes.flow(derived.regions.slot(region), lists.found[region].stretch, told, dt);
@@ -293,10 +304,12 @@ impl Material for Lattice {
     fn respond(&mut self, p: &BodyParticles<'_>, dt: f64, dv: &mut [DVec3]) {
         self.know_regions();
         let share = self.settings.share(dt);
-        self.gather(p.position, false);
-        self.measure();
-        if self.settings.passes > 1 {
-            self.more_passes(p, share);
+        self.shift.clear();
+        if self.settings.passes > 1 || self.settings.damping > 0.0 {
+            self.shift_by_passes(p, share, dt);
+        } else {
+            self.gather(p.position, false);
+            self.measure();
         }
         let (this, origin) = (&*self, p.position[0]);
         dv.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, dv)| {

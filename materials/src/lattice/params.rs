@@ -41,6 +41,8 @@ pub struct Plastic {
 pub struct Settings {
     /// Which regions.
     pub method: Method,
+    /// Whether β is that of Eq. 10, which knows w and mass only, or follows from how far regions reach.
+    pub as_written: bool,
     /// w, how many links a region reaches from its node's cells.
     pub half_width: u32,
     /// α of one reference step [1].
@@ -57,6 +59,8 @@ pub struct Settings {
     pub merge_below: f64,
     /// Goal passes in a step.
     pub passes: u32,
+    /// Which share of the coming step goals foresee [1].
+    pub damping: f64,
     /// Whether A is scaled to keep the volume.
     pub volume_preserving: bool,
     /// How the rest shape flows, if it does.
@@ -86,6 +90,12 @@ pub const PARAMETERS: &[Parameter] = &[
         kind: Kind::Word(&["ohta", "lsm", "single", "clustered", "steinemann"]),
         about: "adaptive with stiffness adjustment (Ohta et al.), uniform (Rivers and James 2007), one region or \
                 overlapping ones (Müller et al. 2005), adaptive without adjustment (Steinemann et al. 2008)",
+    },
+    Parameter {
+        name: "formulation",
+        unit: "1",
+        kind: Kind::Word(&["default", "as_written"]),
+        about: "β from how far the nodes of a region spread against those of its finest cells, or Eq. 10 as printed",
     },
     number(
         "half_width",
@@ -149,6 +159,13 @@ pub const PARAMETERS: &[Parameter] = &[
         1.0,
         "a whole number: goal passes in a step; forces travel one region further in each",
     ),
+    number(
+        "damping",
+        "1",
+        Range::closed(0.0, 1.0),
+        0.0,
+        "which share of the coming step goals foresee; it takes energy from swinging, and momentum from nothing; 0 is Eq. 3",
+    ),
     Parameter {
         name: "volume_preserving",
         unit: "1",
@@ -209,6 +226,7 @@ impl Settings {
         let levels = whole(p, "levels")?;
         Ok(Self {
             method,
+            as_written: p.word("formulation") == "as_written",
             half_width: whole(p, "half_width")?,
             stiffness: p.number("stiffness"),
             reference_step: p.number("reference_step"),
@@ -217,6 +235,7 @@ impl Settings {
             subdivide_at,
             merge_below: if p.word("merge") == "yes" { below } else { -1.0 },
             passes: whole(p, "passes")?,
+            damping: p.number("damping"),
             volume_preserving: p.word("volume_preserving") == "yes",
             plastic,
             critical_stretch,

@@ -223,8 +223,9 @@ impl Regions {
         }
     }
 
-    /// What follows from shares and rest positions; `unit` is the mass [kg] of a full finest cell.
-    pub fn settle(&mut self, nodes: &Nodes, settings: &Settings, unit: f64) {
+    /// What follows from shares and rest positions; `unit` is the mass [kg] of a full finest cell, `fine` the
+    /// [spread](fine_spread) of the region of each cell in the uniform lattice.
+    pub fn settle(&mut self, nodes: &Nodes, settings: &Settings, unit: f64, fine: &[f64]) {
         let mut still = std::mem::take(&mut self.still);
         still.clear();
         still.resize(self.len(), Still::default());
@@ -242,11 +243,13 @@ impl Regions {
                 let (q, m) = (nodes.rest[i] - centre, share * nodes.mass[i]);
                 spread += DMat3::from_cols(q * (q.x * m), q * (q.y * m), q * (q.z * m));
             }
-            let beta = match settings.method {
-                Method::Ohta => beta(settings.half_width, nodes.mass[self.home[region] as usize] / unit),
-                _ => 0.0,
-            };
-            *still = Still::new(mass, centre, spread, beta);
+            *still = Still::new(mass, centre, spread, 0.0);
+            let home = self.home[region] as usize;
+            if settings.method == Method::Ohta && settings.as_written {
+                still.beta = beta(settings.half_width, nodes.mass[home] / unit);
+            } else if settings.method == Method::Ohta && !fine.is_empty() {
+                still.beta = beta_of_spread(nodes.cells(home), fine, trace(spread) / mass);
+            }
         });
         self.still = still;
     }
@@ -258,10 +261,39 @@ fn beta(half_width: u32, mass: f64) -> f64 {
     (1.0 - ((twice + 1.0) / (twice + mass.cbrt())).powi(3)).max(0.0)
 }
 
+/// β that makes a region as stiff as those of its cells were in the uniform lattice. Goals are means over regions of means
+/// over nodes, so they pull along u'' with the variance of node positions within regions; β takes its share of that away.
+/// Along one axis and for w = 1 this is 2/3 for nodes of two cells and 7/8 for nodes of four, where Eq. 10 has 0.58 and 7/8;
+/// for w = 2 it is 1/4 and 3/4, where Eq. 10 has 0.42 and 0.76.
+fn beta_of_spread(cells: &[u32], fine: &[f64], spread: f64) -> f64 {
+    let mean = cells.iter().map(|&c| fine[c as usize]).sum::<f64>() / cells.len() as f64;
+    if spread > mean { 1.0 - mean / spread } else { 0.0 }
+}
+
+/// The mean squared distance [m²] of cells from the centre of the region around each cell of the fresh uniform lattice.
+pub fn fine_spread(finest: &Finest, half_width: u32) -> Vec<f64> {
+    let spread = |walker: &mut Walker, c: u32| {
+        let home = finest.place(c as usize);
+        let (mut n, mut moment, mut square) = (0.0, DVec3::ZERO, 0.0);
+        for &cell in walker.once_reached(finest, &[c], half_width) {
+            let r = finest.place(cell as usize) - home;
+            n += 1.0;
+            moment += r;
+            square += r.length_squared();
+        }
+        square / n - (moment / n).length_squared()
+    };
+    let all = (0..finest.len() as u32).into_par_iter().with_min_len(1024);
+    all.map_init(|| Walker::new(finest.len(), 0), |walker, c| spread(walker, c)).collect()
+}
+
+fn trace(m: DMat3) -> f64 {
+    m.x_axis.x + m.y_axis.y + m.z_axis.z
+}
+
 /// The inverse of a symmetric matrix along the axes where it is not next to nothing, and what projects onto the others.
 fn inverse(spread: DMat3) -> (DMat3, DMat3) {
-    let trace = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
-    if spread.determinant() > THIN * trace.powi(3) {
+    if spread.determinant() > THIN * trace(spread).powi(3) {
         return (spread.inverse(), DMat3::ZERO);
     }
     let (values, vectors) = eigen(spread.to_cols_array_2d());

@@ -8,7 +8,6 @@ const LINE: f64 = 1e-9;
 /// What each piece has lost, and what it takes to turn it.
 #[derive(Clone, Debug)]
 pub struct Spins {
-    mass: Vec<f64>,
     /// Centre of mass [m].
     centre: Vec<DVec3>,
     inertia: Vec<DMat3>,
@@ -30,7 +29,7 @@ impl Spins {
             let along = DMat3::from_cols(r * r.x, r * r.y, r * r.z);
             inertia[piece] += (DMat3::from_diagonal(DVec3::splat(r.length_squared())) - along) * m;
         }
-        Self { mass, centre, inertia, lost: vec![DVec3::ZERO; pieces] }
+        Self { centre, inertia, lost: vec![DVec3::ZERO; pieces] }
     }
 
     /// A node of mass `m` [kg] at `x` [m] no longer moves by `v`.

@@ -238,6 +238,11 @@ impl Uniform {
         &self.blocks[block as usize].means[k as usize]
     }
 
+    /// Whether the region of a cell is its cube.
+    pub fn is_whole(&self, cell: usize) -> bool {
+        self.columns.whole[cell]
+    }
+
     /// The rotation of the cube around a cell.
     #[inline(always)]
     pub fn turn(&self, cell: usize) -> Turn {

@@ -18,7 +18,7 @@ fn goals_neither_push_nor_turn() {
     for method in METHODS {
         for extra in [
             vec![],
-            vec![("half_width", number(3.0)), ("passes", number(3.0))],
+            vec![("half_width", number(3.0)), ("passes", number(3.0)), ("damping", number(0.5))],
             vec![("volume_preserving", word("yes")), ("yield_strain", number(0.01))],
         ] {
             let mut given = vec![("method", word(method))];
@@ -164,42 +164,26 @@ fn asking_twice_gives_the_same_bits() {
     }
 }
 
-/// A body that is stretched and let go swings back as far in the same time whatever the step, as far as that can be.
+/// A stretched bar that is held still at each step creeps back as far in the same time, whatever the step.
 #[test]
 fn stiffness_does_not_depend_on_the_step() {
-    let after = |dt: f64, stiffness: f64| {
-        let mut world = Solid::block([8, 3, 3]).world(&[("method", word("lsm")), ("stiffness", number(stiffness))]);
+    let after = |dt: f64| {
+        let given = [("method", word("lsm")), ("stiffness", number(0.2)), ("reference_step", number(0.01))];
+        let mut world = Solid::block([8, 3, 3]).world(&given);
         world.dt = dt;
         for (i, x) in world.particles.rest.iter().enumerate() {
             world.particles.position[i] = x.as_dvec3() * DVec3::new(1.1, 1.0, 1.0);
         }
-        (0..(0.02 / dt).round() as usize).for_each(|_| world.step().unwrap());
+        for _ in 0..(0.02 / dt).round() as usize {
+            world.particles.velocity.iter_mut().for_each(|v| *v = DVec3::ZERO);
+            world.step().unwrap();
+        }
         let p = &world.particles;
         let length = |of: &dyn Fn(usize) -> f64| (0..p.len()).map(of).fold(0.0, f64::max);
         length(&|i| p.position[i].x) / length(&|i| f64::from(p.rest[i].x))
     };
-    for stiffness in [0.02, 0.3] {
-        let found = [0.01, 0.005, 0.0025].map(|dt| after(dt, stiffness));
-        println!("stiffness {stiffness}: stretch {found:?}");
-        // twice as many steps of the same α would pull back about four times as far
-        assert!((found[2] - 1.0) / (found[0] - 1.0) > 0.0);
-    }
-}
-#[test]
-fn debug_flat() {
-    for method in METHODS {
-        let mut world = Solid::block([7, 6, 1]).world(&[("method", word(method)), ("stiffness", number(0.9))]);
-        for i in 0..world.particles.len() {
-            world.particles.velocity[i] = crate::body::vector(i, 5);
-        }
-        for k in 0..200 {
-            let (_, angular, scale) = crate::body::momenta(&world);
-            world.step().unwrap();
-            let (_, turned, _) = crate::body::momenta(&world);
-            let d = angular.distance(turned) / scale;
-            if d > 1e-13 {
-                println!("{method} {k} {} {d:.1e}", world.particles.len());
-            }
-        }
-    }
+    let [long, half, quarter] = [0.01, 0.005, 0.0025].map(after);
+    println!("stretch after two reference steps {long:.5}, {half:.5}, {quarter:.5}");
+    // measured 3 % and 5 % further; the same α in each step would go twice and four times as far
+    assert!(long < 1.095 && (half - long).abs() < 0.04 * (1.1 - long) && (quarter - long).abs() < 0.06 * (1.1 - long));
 }
