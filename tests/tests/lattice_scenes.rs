@@ -1,8 +1,11 @@
 //! The scenes of the lattice, run short: what their headers say must be seen is there.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
+use fissure_io::compare::Comparison;
 use fissure_io::frames::Frame;
+use fissure_io::scene::Scene;
 use fissure_io::simulation::Simulation;
 use fissure_tests::scene::{build, run};
 use glam::{DVec3, Vec3};
@@ -145,4 +148,70 @@ fn elephants_fall_on_a_ball_and_stay_closed() {
     let p = &simulation.world.particles;
     let lowest = p.position.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
     assert!(lowest > -0.1, "through the ground: {lowest}"); // measured
+}
+
+const BALL: &str = "\
+duration = 1
+dt = 0.01
+[body.ball]
+shape = { kind = 'ball', radius = 0.1 }
+density = 1000
+cells = 300
+[body.ball.material]
+law = 'lattice'
+";
+
+/// What is said of the ball with these changes.
+fn said(sets: &[&str]) -> String {
+    let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
+    let scene = Scene::parse(BALL, Path::new("ball.toml"), &sets).unwrap();
+    match Simulation::build(&scene, &fissure_materials::registry(), &mut |_| ()) {
+        Err(error) => error.to_string(),
+        Ok(_) => panic!("{sets:?} is built"),
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_lattice_is_said_with_its_line() {
+    for (sets, words) in [
+        (
+            &["body.ball.tets=100"][..],
+            "`tets` in [body.ball] has no use: law = \"lattice\" makes a lattice, made of cells",
+        ),
+        (&["body.ball.shell=0.01"], "leave `shell` out"),
+        (&["body.ball.cell=0.5"], "a lattice of 0.5 m cells is coarser than the body, which is 0.2 m long"),
+        (&["body.ball.cells=1000000", "body.ball.memory=100"], "more than the 100 MiB given; try"),
+        (&["body.ball.crack_faces={noise = 1, scale = 2}"], "give an amplitude of at most 0.5 or a larger scale"),
+        (&["body.ball.material.half_width=0.5"], "half_width"),
+        (&["body.ball.material.stiffness=1.5"], "stiffness"),
+    ] {
+        let sentence = said(sets);
+        assert!(sentence.contains(words) && sentence.starts_with("ball.toml:"), "{sets:?}: {sentence}");
+        assert!(!sentence.contains('\n'), "{sentence}");
+    }
+    let bonds = said(&["body.ball.material={law = 'pmb', bulk_modulus = 1e5}"]);
+    assert!(bonds.contains("`cells` in [body.ball] has no use: law = \"pmb\" makes a body of bonds"), "{bonds}");
+}
+
+#[test]
+fn fragments_anchors_and_comparisons_know_lattices() {
+    let sets = ["gravity=[0, 0, 0]".to_string()];
+    let anchor = "[[anchor]]\nbody = 'ball'\nbox = [[-1, 0.05, -1], [1, 1, 1]]\n";
+    let scene = Scene::parse(&format!("{BALL}{anchor}"), Path::new("ball.toml"), &sets).unwrap();
+    let mut simulation = Simulation::build(&scene, &fissure_materials::registry(), &mut |_| ()).unwrap();
+    let (fragment, count) = simulation.fragments();
+    assert_eq!((fragment.len(), count), (nodes(&simulation, 0), 1));
+    assert!(simulation.meshes[0].tets().is_none() && simulation.meshes[0].cells().is_some());
+    let mass: f64 = simulation.world.particles.mass.iter().sum();
+    let ball = 1000.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-3;
+    assert!((mass / ball - 1.0).abs() < 0.01, "{mass} kg"); // facets of the ball take 0.5 %
+    assert!(simulation.world.anchors[0].particles.len() > 10);
+    run(&mut simulation, 0.2);
+    let frame = simulation.frame(1);
+    let lift = frame.positions.iter().map(|p| p[1]).fold(f32::NEG_INFINITY, f32::max);
+    assert!((lift - 0.1).abs() < 1e-3, "held at the top, but at {lift}"); // measured
+    let compare = "[[compare]]\ndisplacement = 0\nbody = 'ball'\npoint = [0, 0, 0]\nalong = [0, 1, 0]\nat = 0.5\n";
+    let scene = Scene::parse(&format!("{BALL}{compare}"), Path::new("ball.toml"), &sets).unwrap();
+    let error = Comparison::new(&scene, Path::new("nowhere"), &mut simulation).err().expect("refused").to_string();
+    assert!(error.contains("body `ball` is a lattice, in which no place can be compared"), "{error}");
 }

@@ -122,12 +122,9 @@ impl Follower {
                 counted.sort_unstable_by_key(|c| c.0);
                 counted.dedup_by_key(|c| c.0);
             }
-            let moment = |&(k, weight): &(u32, f64)| {
-                let k = k as usize;
-                Moments::one(weight, pose.rest[k], pose.position[k], pose.velocity[k])
-            };
+            let state = |k: u32| [pose.rest[k as usize], pose.position[k as usize], pose.velocity[k as usize]];
             let turned = nearest_rotation(pose.deformation[own as usize], DQuat::IDENTITY);
-            let moments = Moments::join(counted.iter().map(moment));
+            let moments = Moments::of(counted.iter().map(|&(k, weight)| (weight, state(k))), state(own));
             let fit = moments.fit((nodes[own as usize] / 4.0).powi(2), turned);
             moments.moved(&fit, rest)
         };

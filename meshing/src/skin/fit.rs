@@ -49,6 +49,35 @@ impl Moments {
         Self { weight, rest, position, velocity, spread: zero, moved: zero, moving: zero }
     }
 
+    /// Weighted particles with rest position, position and velocity, all near `origin` of these three.
+    pub(crate) fn of(particles: impl Iterator<Item = (f64, [DVec3; 3])>, origin: [DVec3; 3]) -> Self {
+        let zero = (DVec3::ZERO, DMat3::ZERO);
+        let (mut weight, mut rest, mut position, mut velocity) = (0.0, zero, zero, zero);
+        for (w, particle) in particles {
+            let arm = particle[0] - origin[0];
+            let weighted = arm * w;
+            weight += w;
+            let mut add = |sum: &mut (DVec3, DMat3), value: DVec3| {
+                sum.0 += value * w;
+                sum.1 += outer(value, weighted);
+            };
+            add(&mut rest, arm);
+            add(&mut position, particle[1] - origin[1]);
+            add(&mut velocity, particle[2] - origin[2]);
+        }
+        let scale = if weight > 0.0 { 1.0 / weight } else { 0.0 };
+        let central = |sum: (DVec3, DMat3)| sum.1 - outer(sum.0, rest.0 * scale);
+        Self {
+            weight,
+            rest: origin[0] + rest.0 * scale,
+            position: origin[1] + position.0 * scale,
+            velocity: origin[2] + velocity.0 * scale,
+            spread: central(rest),
+            moved: central(position),
+            moving: central(velocity),
+        }
+    }
+
     /// The parts together.
     pub(crate) fn join(parts: impl Iterator<Item = Self> + Clone) -> Self {
         let mut all = Self::one(0.0, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
