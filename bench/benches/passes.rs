@@ -68,7 +68,11 @@ pub fn law(c: &mut Criterion) {
     let registry = laws::registry();
     let mut group = group(c, "law");
     let criteria = &registry.entry("isotropic").expect("registered").criteria;
+<<<<<<< HEAD
     let each = registry.entries().iter().filter(|e| e.wants == Wants::Bonds).map(|e| (e.name, "none"));
+=======
+    let each = registry.bond_laws().map(|e| (e.name, "none"));
+>>>>>>> lattice
     for (law, criterion) in each.chain(criteria.iter().filter(|c| c.name != "none").map(|c| ("isotropic", c.name))) {
         let lattice = Lattice { law, criterion, edge: 24, ..SOME };
         let mut lazy = Lazy::new(lattice, &registry);

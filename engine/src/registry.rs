@@ -127,6 +127,11 @@ impl Registry {
         &self.entries
     }
 
+    /// Those that are built from [bonds](Wants::Bonds), in order of registration.
+    pub fn bond_laws(&self) -> impl Iterator<Item = &Entry> {
+        self.entries.iter().filter(|e| e.wants == Wants::Bonds)
+    }
+
     /// The entry called `name`.
     ///
     /// # Errors

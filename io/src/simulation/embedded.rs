@@ -34,8 +34,8 @@ pub struct Cells {
     pub facets: Facets,
     /// Makes them follow the nodes.
     follower: Follower,
-    /// The surface as of the last frame; scratch, as are the links.
-    patchwork: Patchwork,
+    /// The surface as of the last cut, once it has been asked for; scratch, as are the links.
+    patchwork: Option<Patchwork>,
     links: Vec<(u32, u32)>,
 }
 
@@ -115,7 +115,13 @@ impl Embedded {
                 }
                 copies
             }
-            Self::Cells(cells) => cells.facets.cut(&cells.links),
+            Self::Cells(cells) => {
+                let opened = cells.facets.cut(&cells.links);
+                if opened > 0 {
+                    cells.patchwork = None;
+                }
+                opened
+            }
         }
     }
 
@@ -128,7 +134,7 @@ impl Embedded {
                 tets.skin = skin;
             }
             Self::Cells(Cells { facets, follower, patchwork, .. }) => {
-                *patchwork = facets.surface();
+                let patchwork = patchwork.get_or_insert_with(|| facets.surface());
                 if let Some(pose) = body.material.lattice(&all.of(&body.range)) {
                     follower.follow(facets, patchwork, &pose, body.origin);
                 }
@@ -167,6 +173,8 @@ impl Embedded {
                 })
             }
             Self::Cells(Cells { follower, patchwork, .. }) => {
+                let none = Patchwork::default();
+                let patchwork = patchwork.as_ref().unwrap_or(&none);
                 let carrier = body.material.lattice(&all.of(&body.range)).map_or(&[][..], |pose| pose.carrier);
                 let copies = 0..patchwork.origin.len();
                 let nodes = |v: usize| patchwork.cells_of(v).iter().filter_map(|&c| carrier.get(c as usize).copied());

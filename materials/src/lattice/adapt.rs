@@ -389,7 +389,8 @@ impl Lattice {
     fn give_back_spin(&self, groups: &[Group], now: &Present<'_>, new: &mut States) {
         let piece = |g: &Group| self.derived.piece.get(g.from[0] as usize).map_or(0, |&p| p as usize);
         let all = groups.iter().enumerate().map(|(k, g)| (piece(g), new.mass[k], new.position[k]));
-        let mut spins = Spins::new(self.derived.pieces, all);
+        let mut spins = Spins::default();
+        spins.reset(self.derived.pieces, all);
         let mut split = vec![true; self.nodes.len()];
         for (k, g) in groups.iter().enumerate().filter(|(_, g)| !g.is_a_node()) {
             spins.gain(piece(g), new.mass[k], new.position[k], new.velocity[k]);
@@ -398,6 +399,7 @@ impl Lattice {
                 spins.lose(piece(g), self.nodes.mass[old], now.particles.position[old], now.particles.velocity[old]);
             }
         }
+        spins.solve();
         for (k, g) in groups.iter().enumerate() {
             new.velocity[k] += spins.at(piece(g), new.position[k]);
         }

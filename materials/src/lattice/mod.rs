@@ -83,6 +83,7 @@ pub struct Lattice {
     breaks: bool,
     /// Positions within the passes of a step, mean deformations.
     moved: Vec<DVec3>,
+    spins: Spins,
     /// How far all passes go [m]; empty where there is one.
     shift: Vec<DVec3>,
     deformation: Vec<DMat3>,
@@ -254,10 +255,11 @@ impl Lattice {
         let moved = x;
         self.moved = moved;
         let piece = |i: usize| self.derived.piece.get(i).map_or(0, |&k| k as usize);
-        let mut spins = Spins::new(self.derived.pieces, (0..p.len()).map(|i| (piece(i), p.mass[i], p.position[i])));
+        let spins = &mut self.spins;
+        spins.reset(self.derived.pieces, (0..p.len()).map(|i| (piece(i), p.mass[i], p.position[i])));
         (0..p.len()).for_each(|i| spins.gain(piece(i), p.mass[i], p.position[i], self.shift[i]));
-        let back: Vec<DVec3> = (0..p.len()).map(|i| spins.at(piece(i), p.position[i])).collect();
-        self.shift.iter_mut().zip(back).for_each(|(shift, back)| *shift += back);
+        spins.solve();
+        self.shift.iter_mut().enumerate().for_each(|(i, shift)| *shift += spins.at(piece(i), p.position[i]));
     }
 
     /// S of a region or cube, where rest shapes flow; for nodes of a uniform lattice by node.

@@ -6,30 +6,34 @@ use glam::{DMat3, DVec3};
 const LINE: f64 = 1e-9;
 
 /// What each piece has lost, and what it takes to turn it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Spins {
+    mass: Vec<f64>,
     /// Centre of mass [m].
     centre: Vec<DVec3>,
     inertia: Vec<DMat3>,
+    /// What was lost, then the rotation that gives it back.
     lost: Vec<DVec3>,
 }
 
 impl Spins {
     /// Nothing lost by pieces of nodes with piece, mass [kg] and position [m].
-    pub fn new(pieces: usize, nodes: impl Iterator<Item = (usize, f64, DVec3)> + Clone) -> Self {
-        let (mut mass, mut centre) = (vec![0.0; pieces], vec![DVec3::ZERO; pieces]);
+    pub fn reset(&mut self, pieces: usize, nodes: impl Iterator<Item = (usize, f64, DVec3)> + Clone) {
+        let Self { mass, centre, inertia, lost } = self;
+        fill(mass, pieces, 0.0);
+        fill(centre, pieces, DVec3::ZERO);
+        fill(inertia, pieces, DMat3::ZERO);
+        fill(lost, pieces, DVec3::ZERO);
         for (piece, m, x) in nodes.clone() {
             mass[piece] += m;
             let off = x - centre[piece];
             centre[piece] += off * (m / mass[piece]);
         }
-        let mut inertia = vec![DMat3::ZERO; pieces];
         for (piece, m, x) in nodes {
             let r = x - centre[piece];
             let along = DMat3::from_cols(r * r.x, r * r.y, r * r.z);
             inertia[piece] += (DMat3::from_diagonal(DVec3::splat(r.length_squared())) - along) * m;
         }
-        Self { centre, inertia, lost: vec![DVec3::ZERO; pieces] }
     }
 
     /// A node of mass `m` [kg] at `x` [m] no longer moves by `v`.
@@ -42,13 +46,22 @@ impl Spins {
         self.lose(piece, m, x, -v);
     }
 
-    /// What is added at `x` to the motion of a piece.
-    pub fn at(&self, piece: usize, x: DVec3) -> DVec3 {
-        let inertia = self.inertia[piece];
-        let size = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
-        if self.lost[piece] == DVec3::ZERO || inertia.determinant() <= LINE * size.powi(3) {
-            return DVec3::ZERO;
+    /// Finds how pieces turn.
+    pub fn solve(&mut self) {
+        for (inertia, lost) in self.inertia.iter().zip(&mut self.lost) {
+            let size = inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z;
+            let solid = *lost != DVec3::ZERO && inertia.determinant() > LINE * size.powi(3);
+            *lost = if solid { inertia.inverse() * *lost } else { DVec3::ZERO };
         }
-        (inertia.inverse() * self.lost[piece]).cross(x - self.centre[piece])
     }
+
+    /// After [`solve`](Self::solve): what is added at `x` to the motion of a piece.
+    pub fn at(&self, piece: usize, x: DVec3) -> DVec3 {
+        self.lost[piece].cross(x - self.centre[piece])
+    }
+}
+
+fn fill<T: Clone>(column: &mut Vec<T>, n: usize, with: T) {
+    column.clear();
+    column.resize(n, with);
 }

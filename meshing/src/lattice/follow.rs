@@ -20,8 +20,6 @@ use crate::skin::fit::Moments;
 use crate::skin::rotation::nearest_rotation;
 
 const NONE: u32 = u32::MAX;
-/// How far a part of the body may lie outside the cube of its cell, in cells: bent faces, and slivers of neighbours.
-const BEYOND: f64 = 1.5;
 /// Width of the splines over that of cells. Narrower ones find too few nodes where these lie irregularly.
 const WIDTH: f64 = 1.5;
 /// What a vertex's own node weighs more, for one that lies far from all.
@@ -32,8 +30,8 @@ const LEAST: f64 = 1e-9;
 pub struct Follower {
     /// Index of every cell.
     index: Buffer<[u32; 3]>,
-    /// Origin and edge of the cells [m], and the length of the blocks in which indices repeat places.
-    grid: Buffer<f64>,
+    /// Edge of the cells [m].
+    size: Buffer<f64>,
     /// The cells across the first 13 neighbour bits, or [`NONE`]; made when first needed.
     back: Vec<[u32; 13]>,
     positions: Vec<DVec3>,
@@ -41,24 +39,13 @@ pub struct Follower {
 }
 
 impl Follower {
-    pub(super) fn new(cells: &Cells, block: u32) -> Self {
-        let DVec3 { x, y, z } = cells.origin;
-        Self {
-            index: cells.index.clone().into(),
-            grid: vec![x, y, z, cells.size, f64::from(block)].into(),
-            ..Self::default()
-        }
+    pub(super) fn new(cells: &Cells) -> Self {
+        Self { index: cells.index.clone().into(), size: vec![cells.size].into(), ..Self::default() }
     }
 
     /// Number of cells.
     pub fn cells(&self) -> usize {
         self.index.len()
-    }
-
-    /// Where the cubes of a cell lie: their place in the grid.
-    fn place(&self, cell: usize) -> [u32; 3] {
-        let [x, y, z] = self.index[cell];
-        [x % self.grid[4].max(1.0) as u32, y, z]
     }
 
     /// Computes positions and velocities of all copies of `patchwork`. `origin` [m] is the origin of the rest positions of
@@ -69,22 +56,30 @@ impl Follower {
         let (offsets, adjacent) = self.adjacent(pose, nodes.len());
         let next = |k: u32| &adjacent[offsets[k as usize] as usize..offsets[k as usize + 1] as usize];
 
-        // the nodes that count for each cell at the surface
+        // the nodes that count for each cell at the surface: those that reach the box around its vertices
         let mut row = vec![NONE; self.cells()];
-        let mut surface: Vec<u32> = patchwork.cells.clone();
-        surface.par_sort_unstable();
-        surface.dedup();
-        surface.iter().enumerate().for_each(|(k, &c)| row[c as usize] = k as u32);
-        let (low, size) = (DVec3::new(self.grid[0], self.grid[1], self.grid[2]) - origin, self.grid[3]);
-        let near: Vec<Vec<u32>> = surface
+        let (mut surface, mut boxes) = (Vec::new(), Vec::new());
+        for v in 0..patchwork.origin.len() {
+            let x = facets.rest_position(patchwork.origin[v]) - origin;
+            for &c in patchwork.cells_of(v) {
+                if row[c as usize] == NONE {
+                    row[c as usize] = surface.len() as u32;
+                    surface.push(c);
+                    boxes.push((x, x));
+                }
+                let around = &mut boxes[row[c as usize] as usize];
+                *around = (around.0.min(x), around.1.max(x));
+            }
+        }
+        let near: Vec<(Vec<u32>, DQuat)> = surface
             .par_iter()
+            .zip(&boxes)
             .map_init(
                 || vec![NONE; nodes.len()],
-                |seen, &c| {
-                    let middle = low + (DVec3::from_array(self.place(c as usize).map(f64::from)) + 0.5) * size;
+                |seen, (&c, &(low, high))| {
                     let counts = |k: u32| {
-                        let reach = 1.5 * WIDTH * nodes[k as usize] + (0.5 + BEYOND) * size;
-                        (pose.rest[k as usize] - middle).abs().max_element() < reach
+                        let (x, reach) = (pose.rest[k as usize], 1.5 * WIDTH * nodes[k as usize]);
+                        (low - x).max(x - high).max_element() < reach
                     };
                     let own = pose.carrier[c as usize];
                     seen[own as usize] = c;
@@ -100,7 +95,7 @@ impl Follower {
                         at += 1;
                     }
                     found.sort_unstable();
-                    found
+                    (found, nearest_rotation(pose.deformation[own as usize], DQuat::IDENTITY))
                 },
             )
             .collect();
@@ -109,9 +104,9 @@ impl Follower {
             let rest = facets.rest_position(patchwork.origin[v]) - origin;
             let cells = patchwork.cells_of(v);
             let own = pose.carrier[cells[0] as usize];
-            let lists = || cells.iter().map(|&c| &near[row[c as usize] as usize]);
+            let of_cell = |c: u32| &near[row[c as usize] as usize];
             counted.clear();
-            for &k in lists().flatten() {
+            for &k in cells.iter().flat_map(|&c| &of_cell(c).0) {
                 let along = ((rest - pose.rest[k as usize]) / (WIDTH * nodes[k as usize])).to_array().map(spline);
                 let weight = along[0] * along[1] * along[2] + if k == own { LEAST } else { 0.0 };
                 if weight > 0.0 {
@@ -123,9 +118,8 @@ impl Follower {
                 counted.dedup_by_key(|c| c.0);
             }
             let state = |k: u32| [pose.rest[k as usize], pose.position[k as usize], pose.velocity[k as usize]];
-            let turned = nearest_rotation(pose.deformation[own as usize], DQuat::IDENTITY);
             let moments = Moments::of(counted.iter().map(|&(k, weight)| (weight, state(k))), state(own));
-            let fit = moments.fit((nodes[own as usize] / 4.0).powi(2), turned);
+            let fit = moments.fit((nodes[own as usize] / 4.0).powi(2), of_cell(cells[0]).1);
             moments.moved(&fit, rest)
         };
         (0..patchwork.origin.len())
@@ -161,15 +155,15 @@ impl Follower {
     fn sizes(&self, pose: &LatticePose) -> Vec<f64> {
         let mut boxes = vec![([u32::MAX; 3], [0u32; 3]); pose.rest.len()];
         for (cell, &k) in pose.carrier.iter().enumerate() {
-            let (place, known) = (self.place(cell), &mut boxes[k as usize]);
+            let (index, known) = (self.index[cell], &mut boxes[k as usize]);
             for axis in 0..3 {
-                known.0[axis] = known.0[axis].min(place[axis]);
-                known.1[axis] = known.1[axis].max(place[axis]);
+                known.0[axis] = known.0[axis].min(index[axis]);
+                known.1[axis] = known.1[axis].max(index[axis]);
             }
         }
         let longest =
             |(low, high): ([u32; 3], [u32; 3])| (0..3).map(|i| high[i].saturating_sub(low[i]) + 1).max().unwrap_or(1);
-        boxes.into_iter().map(|b| f64::from(longest(b)) * self.grid[3]).collect()
+        boxes.into_iter().map(|b| f64::from(longest(b)) * self.size[0]).collect()
     }
 
     /// Which nodes links lead to from each, as offsets and numbers.
@@ -195,13 +189,13 @@ impl Follower {
 
     /// Whether this follows so many cells: what a restored file may get wrong.
     pub fn consistent(&self, cells: usize) -> bool {
-        self.index.len() == cells && self.grid.len() == 5 && self.grid[3] > 0.0
+        self.index.len() == cells && self.size.len() == 1 && self.size[0] > 0.0
     }
 
     /// Shows every column to `v`, under `scope`. Positions and velocities follow from the nodes and are none.
     pub fn visit(&mut self, scope: &str, v: &mut Visitor) {
         v(scope, &Column::frozen("cell_index", "1", Of::Thing), &mut self.index);
-        v(scope, &Column::frozen("cell_grid", "m", Of::Thing), &mut self.grid);
+        v(scope, &Column::frozen("cell_size", "m", Of::Thing), &mut self.size);
     }
 }
 

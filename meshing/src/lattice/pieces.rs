@@ -34,8 +34,6 @@ pub(super) struct Pieces {
     pub volumes: Vec<f64>,
     /// Where each lies in the grid.
     pub place: Vec<[i32; 3]>,
-    /// Indices along x are places modulo this.
-    pub block: u32,
     /// The piece of each triangle of the surface.
     pub of_triangle: Vec<u32>,
     /// The pieces below and above each wall; the same twice where a part went to its neighbour.
@@ -90,7 +88,7 @@ impl Pieces {
             let sum = &mut sums[into[p] as usize];
             *sum = (sum.0 + part.volume, sum.1 + part.moment);
         }
-        let (index, block) = indices(&parts, &into, &sides);
+        let index = indices(&parts, &into, &sides);
         let mut kept: Vec<u32> =
             (0..parts.len() as u32).filter(|&p| into[p as usize] == p && sums[p as usize].0 > 0.0).collect();
         kept.sort_by_key(|&p| morton(index[p as usize]));
@@ -106,7 +104,6 @@ impl Pieces {
             volumes: kept.iter().map(|&p| sums[p as usize].0).collect(),
             place: kept.iter().map(|&p| parts[p as usize].cell).collect(),
             cells: Cells { size: grid.size, origin: grid.origin, index, links },
-            block,
             of_triangle,
             of_wall,
             crowded,
@@ -254,9 +251,8 @@ fn gather(parts: &[Part], sides: &[(u32, u32, f64)], full: f64) -> (Vec<u32>, us
     (into, crowded)
 }
 
-/// Cell indices of the kept parts: where they lie, or for components that would have to share a cell in a block of their own;
-/// and how long blocks are.
-fn indices(parts: &[Part], into: &[u32], sides: &[(u32, u32, f64)]) -> (Vec<[u32; 3]>, u32) {
+/// Cell indices of the kept parts: where they lie, or for components that would have to share a cell in a block of their own.
+fn indices(parts: &[Part], into: &[u32], sides: &[(u32, u32, f64)]) -> Vec<[u32; 3]> {
     let mut component = Forest::new(parts.len());
     sides.iter().for_each(|&(a, b, _)| component.join(a, b));
     let mut members: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
@@ -288,7 +284,7 @@ fn indices(parts: &[Part], into: &[u32], sides: &[(u32, u32, f64)]) -> (Vec<[u32
             index[p as usize] = at.map(|x| x as u32);
         }
     }
-    (index, block as u32)
+    index
 }
 
 /// Link bits: to cells across walls, and to those around an edge or corner that walls lead to within the block of two by

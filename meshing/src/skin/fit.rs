@@ -57,7 +57,7 @@ impl Moments {
             let arm = particle[0] - origin[0];
             let weighted = arm * w;
             weight += w;
-            let mut add = |sum: &mut (DVec3, DMat3), value: DVec3| {
+            let add = |sum: &mut (DVec3, DMat3), value: DVec3| {
                 sum.0 += value * w;
                 sum.1 += outer(value, weighted);
             };
