@@ -7,7 +7,6 @@ use criterion::Criterion;
 use fissure_bench::{Blind, Lattice, bytes_per_bond, on_threads, phase_of_a_step};
 use fissure_engine::buffer::AnyBuffer;
 use fissure_engine::column::Life;
-use fissure_engine::registry::Wants;
 use fissure_engine::{Phase, Registry, World};
 use fissure_materials as laws;
 
@@ -68,11 +67,7 @@ pub fn law(c: &mut Criterion) {
     let registry = laws::registry();
     let mut group = group(c, "law");
     let criteria = &registry.entry("isotropic").expect("registered").criteria;
-<<<<<<< HEAD
-    let each = registry.entries().iter().filter(|e| e.wants == Wants::Bonds).map(|e| (e.name, "none"));
-=======
     let each = registry.bond_laws().map(|e| (e.name, "none"));
->>>>>>> lattice
     for (law, criterion) in each.chain(criteria.iter().filter(|c| c.name != "none").map(|c| ("isotropic", c.name))) {
         let lattice = Lattice { law, criterion, edge: 24, ..SOME };
         let mut lazy = Lazy::new(lattice, &registry);

@@ -4,7 +4,6 @@
 use std::path::Path;
 
 use fissure_engine::column::Visitor;
-use fissure_engine::registry::Wants;
 use fissure_io::checkpoint::{About, Columns, Store};
 use fissure_io::frames::to_bytes;
 use fissure_io::scene::Scene;
@@ -146,12 +145,7 @@ fn goes_on_alike(scene: &Scene, d: &Drawn) -> Result<Simulation, TestCaseError> 
 fn every_registered_law_is_tried() {
     let names: Vec<&str> = LAWS.iter().map(|(name, _)| *name).collect();
     let registry = registry();
-<<<<<<< HEAD
-    let of_bonds = registry.entries().iter().filter(|e| e.wants == Wants::Bonds);
-    let known: Vec<&str> = of_bonds.map(|e| e.name).collect();
-=======
     let known: Vec<&str> = registry.bond_laws().map(|e| e.name).collect();
->>>>>>> lattice
     assert!(known.iter().all(|name| names.contains(name)), "{known:?}: give a new law its parameters in LAWS");
 }
 

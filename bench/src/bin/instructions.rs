@@ -15,7 +15,6 @@ use std::process::{Command, ExitCode};
 
 use fissure_bench::Lattice;
 use fissure_engine::Registry;
-use fissure_engine::registry::Wants;
 // what the law below calls its own crate's
 use fissure_materials::moduli;
 
@@ -43,11 +42,7 @@ fn block<'a>(law: &'a str, criterion: &'a str) -> Lattice<'a> {
 fn cases() -> Vec<(String, Registry, &'static str, &'static str)> {
     let registry = fissure_materials::registry();
     let mut all = Vec::new();
-<<<<<<< HEAD
-    for entry in registry.entries().iter().filter(|entry| entry.wants == Wants::Bonds) {
-=======
     for entry in registry.bond_laws() {
->>>>>>> lattice
         all.push((entry.name.to_string(), registry.clone(), entry.name, "critical_stretch"));
     }
     let others = registry.entry("isotropic").expect("registered").criteria.iter();

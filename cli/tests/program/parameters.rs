@@ -15,11 +15,7 @@ const LAWS: &[(&str, &str)] = &[
     ("lps", "young_modulus = 5e5\npoisson_ratio = 0.3"),
     ("mitchell", "young_modulus = 5e5\npoisson_ratio = 0.3\nyield_stress = 1e4"),
     ("pmb", "bulk_modulus = 5e5"),
-<<<<<<< HEAD
-    ("lattice", "half_width = 1"),
-=======
     ("lattice", "half_width = 2"),
->>>>>>> lattice
 ];
 
 /// Where it is said that something is missing.
