@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use fissure_engine::{NodeCounts, StepError};
+use fissure_engine::{Energies, NodeCounts, StepError};
 use fissure_io::checkpoint::{About, Store};
 use fissure_io::compare::Comparison;
 use fissure_io::frames::Frame;
@@ -95,6 +95,7 @@ impl Driver {
     /// The state is that of a checkpoint, which had these notes.
     pub fn go_on_from(&mut self, notes: Vec<(String, String)>) {
         self.notes = notes;
+        self.notes.retain(|(key, _)| !key.starts_with(ENERGY));
         self.saved.0 = Some(self.simulation.world.step);
     }
 
@@ -215,7 +216,10 @@ impl Driver {
     fn checkpoint(&mut self) -> Result<(), Error> {
         let start = Instant::now();
         self.saved = (Some(self.simulation.world.step), start);
-        let about = about(&self.scene, &self.simulation, &self.notes);
+        let mut about = about(&self.scene, &self.simulation, &self.notes);
+        let Energies { kinetic, elastic, gravity } = self.simulation.world.energies();
+        let energies = [("kinetic", kinetic), ("elastic", elastic), ("gravity", gravity)];
+        about.notes.extend(energies.map(|(name, joule)| (format!("{ENERGY}{name}"), format!("{joule:.6e} J"))));
         let before = self.saver.save(&mut self.simulation, about);
         let compared = self.comparison.save(self.folder.dir()).map_err(Error::write(self.folder.dir()));
         self.spent.checkpoints += start.elapsed();
@@ -254,7 +258,10 @@ impl Driver {
     }
 }
 
-/// What a checkpoint says of itself.
+/// How the keys of notes begin that hold for one checkpoint only.
+const ENERGY: &str = "energy, ";
+
+/// What a file of a run says of itself.
 pub(super) fn about(scene: &Scene, simulation: &Simulation, notes: &[(String, String)]) -> About {
     About {
         step: simulation.world.step,

@@ -16,6 +16,7 @@
 mod colliders;
 mod commands;
 mod diffing;
+mod exporting;
 mod failing;
 mod figures;
 mod meshes;
