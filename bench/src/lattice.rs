@@ -125,7 +125,7 @@ impl Lattice<'_> {
             horizon: at.horizon,
             velocity: DVec3::ZERO,
             spin: DVec3::ZERO,
-            families,
+            neighbourhood: families.into(),
         };
         world.add(input, material).expect("volumes are positive");
         let side = f64::from(self.edge) * SPACING;

@@ -1,6 +1,7 @@
 //! What benchmarks share: the problem and the machine it runs on.
 
 mod blind;
+pub mod cells;
 mod lattice;
 pub mod machine;
 

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use crate::buffer::Buffer;
-use crate::column::{Column, Of, Visitor};
+use crate::column::{Column, Life, Of, Visitor};
 
 /// A rigid motion prescribed to a set of particles, between two times.
 #[derive(Clone, Debug, Default)]
@@ -47,10 +47,10 @@ impl Anchor {
         self.velocity + self.spin.cross(self.place(k, time) - middle)
     }
 
-    /// Shows every column.
-    pub fn visit(&mut self, v: &mut Visitor<'_>) {
+    /// Shows every column; `life` is that of particle numbers.
+    pub fn visit(&mut self, life: Life, v: &mut Visitor<'_>) {
         let scope = format!("anchors/{}", self.name);
-        v(&scope, &Column::frozen("particles", "1", Of::Thing), &mut self.particles);
+        v(&scope, &Column { life, ..Column::live("particles", "1", Of::Thing) }, &mut self.particles);
         v(&scope, &Column::live("start", "m", Of::Thing), &mut self.start);
     }
 }

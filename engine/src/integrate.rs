@@ -86,9 +86,15 @@ impl World {
     /// Evaluates the accelerations of the present state where no step has left them.
     pub(crate) fn know_accelerations(&mut self) {
         if self.integrator == Integrator::VelocityVerlet && self.acceleration.len() != self.particles.len() {
-            self.evaluate(1.0);
-            self.acceleration.set(self.dv.clone());
+            let h = self.usual_step();
+            self.evaluate(h);
+            self.acceleration.set(self.dv.iter().map(|dv| *dv / h).collect());
         }
+    }
+
+    /// A step [s] in which forces can be asked for: goal positions do not change velocities in proportion to it.
+    pub(crate) fn usual_step(&self) -> f64 {
+        if self.bodies.iter().any(|b| b.material.position_based()) { self.dt } else { 1.0 }
     }
 
     /// The second half of a Verlet step: accelerations at the new positions, and half a step of them.

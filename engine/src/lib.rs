@@ -7,6 +7,7 @@
 //! Promises: the same bits on any number of threads; force evaluation changes no state; a step after the first
 //! allocates nothing; every array that must survive a restart is shown by [`World::visit`].
 
+pub mod adapt;
 pub mod anchor;
 pub mod bonds;
 pub mod buffer;
@@ -17,6 +18,7 @@ pub mod fracture;
 pub mod frame;
 pub mod integrate;
 pub mod lane;
+pub mod lattice;
 pub mod law;
 pub mod material;
 pub mod noise;
@@ -31,15 +33,18 @@ pub mod several;
 mod sum;
 pub mod world;
 
+pub use adapt::{Descent, Present, Renewal};
 pub use anchor::Anchor;
 pub use bonds::{Bonds, Families};
+pub use buffer::Buffer;
 pub use column::{Column, Life, Of, Visitor};
 pub use contact::{Collider, Contact, Keyframe, Motion, Shape};
 pub use fracture::Criterion;
 pub use integrate::Integrator;
 pub use lane::Lane;
+pub use lattice::{CellError, Cells, LatticePose, NodeCounts};
 pub use law::{Bond, BondLaw, Surroundings};
-pub use material::{BuildError, Link, Material};
+pub use material::{BuildError, Geometry, Link, Material, Neighbourhood, Touching};
 pub use params::{Kind, ParamError, Parameter, Params, Range, Value};
 pub use particles::{BodyParticles, Particles};
 pub use peridynamic::Peridynamic;

@@ -6,11 +6,14 @@
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::adapt::{Present, Renewal};
 use crate::bonds::{Bonds, Families};
 use crate::column::Visitor;
+use crate::lattice::{CellError, Cells, LatticePose, NodeCounts};
 use crate::particles::BodyParticles;
 
-/// A broken neighbour link between two particles of a body, counted from its first; `i < j`. Meshing cuts here.
+/// A broken neighbour link between two particles of a body, counted from its first, or between two finest cells of a
+/// lattice; `i < j`. Meshing cuts here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)] // the two ends
 pub struct Link {
@@ -23,8 +26,40 @@ pub struct Link {
 pub struct Geometry<'a> {
     /// The particles, already in place.
     pub particles: BodyParticles<'a>,
-    /// Who is in whose horizon.
-    pub families: Families,
+    /// What lies about each of them.
+    pub neighbourhood: Neighbourhood,
+}
+
+/// How the particles of a body without bonds meet.
+#[derive(Clone, Copy, Debug)]
+pub struct Touching<'a> {
+    /// Connected piece of each particle; those of one piece do not meet. Empty while the body is whole.
+    pub piece: &'a [u32],
+    /// Whether each is at a surface.
+    pub exposed: &'a [bool],
+    /// Changes whenever pieces do.
+    pub version: u64,
+}
+
+/// What lies about each particle of a fresh body: what its material [wants](crate::registry::Wants).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Neighbourhood {
+    /// Who is in whose horizon, for bonds.
+    Families(Families),
+    /// The cell of each, for a lattice.
+    Cells(Cells),
+}
+
+impl From<Families> for Neighbourhood {
+    fn from(families: Families) -> Self {
+        Self::Families(families)
+    }
+}
+
+impl From<Cells> for Neighbourhood {
+    fn from(cells: Cells) -> Self {
+        Self::Cells(cells)
+    }
 }
 
 /// Why a body cannot be built.
@@ -40,6 +75,15 @@ pub enum BuildError {
         /// The value.
         value: f64,
     },
+    /// Families where cells are needed, or the other way round.
+    #[error("this material is built from {wanted}, which the body was not given")]
+    Unfit {
+        /// What it wants.
+        wanted: &'static str,
+    },
+    /// Cells that are no lattice.
+    #[error(transparent)]
+    Cells(#[from] CellError),
     /// More particles than a body of bonds can have.
     #[error("{particles} particles are more than the {most} that one body can have; make several bodies of it")]
     TooMany {
@@ -78,6 +122,23 @@ pub trait Material: Send + Sync {
     /// link to `cuts`, in order of `i`.
     fn fracture(&mut self, _damage: &mut [f32], _cuts: &mut Vec<Link>) {}
 
+    /// Whether [`adapt`](Self::adapt) may ever replace particles.
+    fn adapts(&self) -> bool {
+        false
+    }
+
+    /// May replace the body's particles at the end of a step, keeping mass and momentum: fills `next` and returns true, or
+    /// leaves all as it is.
+    fn adapt(&mut self, _now: &Present<'_>, _next: &mut Renewal) -> bool {
+        false
+    }
+
+    /// Whether velocity changes lead to goal positions and are stable in any step, rather than come from forces. They are
+    /// then not proportional to the step.
+    fn position_based(&self) -> bool {
+        false
+    }
+
     /// Elastic energy [J], if the law has one.
     fn energy(&mut self, _p: &BodyParticles<'_>) -> Option<f64> {
         None
@@ -95,8 +156,23 @@ pub trait Material: Send + Sync {
     }
 
     /// The bonds, if the material has any. Particles without an intact bond meet as strangers; those of one body without bonds
-    /// do not meet.
+    /// meet as [`touching`](Self::touching) says.
     fn bonds(&self) -> Option<&Bonds> {
+        None
+    }
+
+    /// Of a body without bonds: which of its particles can touch anything. Without it all can, but not each other.
+    fn touching(&self) -> Option<Touching<'_>> {
+        None
+    }
+
+    /// What carries the surface of a lattice, at the positions of `p`; `None` for a material without cells. Changes no state.
+    fn lattice<'a>(&'a mut self, _p: &BodyParticles<'a>) -> Option<LatticePose<'a>> {
+        None
+    }
+
+    /// How far a lattice is resolved now; `None` for a material without cells.
+    fn nodes(&self) -> Option<NodeCounts> {
         None
     }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 
 use crate::buffer::Buffer;
-use crate::column::{Column, Of, Visitor};
+use crate::column::{Column, Life, Of, Visitor};
 
 /// Structure of arrays: element `i` of every column belongs to particle `i`.
 #[derive(Clone, Debug, Default)]
@@ -50,16 +50,17 @@ impl Particles {
         }
     }
 
-    /// Shows every column.
-    pub fn visit(&mut self, v: &mut Visitor<'_>) {
+    /// Shows every column; `life` is that of what changes only where particles split and merge.
+    pub fn visit(&mut self, life: Life, v: &mut Visitor<'_>) {
         const SCOPE: &str = "particles";
-        v(SCOPE, &Column::frozen("rest", "m", Of::Particle), &mut self.rest);
+        let matter = |name, unit| Column { name, unit, of: Of::Particle, life };
+        v(SCOPE, &matter("rest", "m"), &mut self.rest);
         v(SCOPE, &Column::live("position", "m", Of::Particle), &mut self.position);
         v(SCOPE, &Column::live("velocity", "m/s", Of::Particle), &mut self.velocity);
-        v(SCOPE, &Column::frozen("volume", "m^3", Of::Particle), &mut self.volume);
-        v(SCOPE, &Column::frozen("mass", "kg", Of::Particle), &mut self.mass);
+        v(SCOPE, &matter("volume", "m^3"), &mut self.volume);
+        v(SCOPE, &matter("mass", "kg"), &mut self.mass);
         v(SCOPE, &Column::live("damage", "1", Of::Particle), &mut self.damage);
-        v(SCOPE, &Column::frozen("id", "1", Of::Particle), &mut self.id);
+        v(SCOPE, &matter("id", "1"), &mut self.id);
     }
 }
 

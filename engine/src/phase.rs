@@ -15,11 +15,14 @@ pub enum Phase {
     Fracture,
     /// Positions follow velocities.
     Integrate,
+    /// Nodes of lattices split and merge.
+    Adapt,
 }
 
 impl Phase {
     /// All phases in order.
-    pub const ALL: [Phase; 5] = [Self::Respond, Self::Contact, Self::Flow, Self::Fracture, Self::Integrate];
+    pub const ALL: [Phase; 6] =
+        [Self::Respond, Self::Contact, Self::Flow, Self::Fracture, Self::Integrate, Self::Adapt];
 
     /// The word in logs.
     pub fn name(self) -> &'static str {
@@ -29,6 +32,7 @@ impl Phase {
             Self::Flow => "flow",
             Self::Fracture => "fracture",
             Self::Integrate => "integrate",
+            Self::Adapt => "adapt",
         }
     }
 }

@@ -29,7 +29,8 @@ impl World {
     /// acceleration of the prescribed motion, by a force evaluation of its own. A particle in two anchors counts for the
     /// later one, which places it. Leave out contact: what lies on the ground leans on the anchor here.
     pub fn reactions(&mut self) -> Vec<Reaction> {
-        self.evaluate(1.0);
+        let h = self.usual_step();
+        self.evaluate(h);
         let middle = if self.step == 0 { self.time + 0.5 * self.dt } else { self.time - 0.5 * self.dt };
         let holding = || self.anchors.iter().enumerate().filter(|(_, a)| a.holds(middle));
         let mut holder = vec![usize::MAX; self.particles.len()];
@@ -44,7 +45,7 @@ impl World {
                 let arm = p.position[i] - centre;
                 let turning = anchor.spin.cross(anchor.spin.cross(arm));
                 let inertia = if self.relaxes().is_some() { DVec3::ZERO } else { turning };
-                let f = (inertia - self.dv[i]) * p.mass[i];
+                let f = (inertia - self.dv[i] / h) * p.mass[i];
                 force += f;
                 torque += arm.cross(f);
             }

@@ -12,10 +12,12 @@ use crate::peridynamic::Peridynamic;
 pub enum Wants {
     /// Particles with families within a horizon.
     Bonds,
+    /// Particles with the cells of a lattice.
+    Cells,
 }
 
 /// Makes a material from the parameters of law and criterion.
-type Make = fn(&Params, &Params, &Surroundings) -> Result<Box<dyn Material>, ParamError>;
+pub type Make = fn(&Params, &Params, &Surroundings) -> Result<Box<dyn Material>, ParamError>;
 /// Makes a region's share of a material.
 type MakePart = fn(&Params, &Params, &Surroundings) -> Result<Part, ParamError>;
 
@@ -30,6 +32,17 @@ pub struct CriterionEntry {
     pub parameters: &'static [Parameter],
     make: Make,
     pub(crate) part: MakePart,
+}
+
+impl CriterionEntry {
+    /// A criterion of a material that is no bond law: `make` gets the parameters of the material and of the criterion.
+    pub fn whole(name: &'static str, summary: &'static str, parameters: &'static [Parameter], make: Make) -> Self {
+        let part: MakePart = |_, _, _| {
+            let message = "this material makes whole bodies, and cannot be one of several in a body";
+            Err(ParamError::new("law", message.into()))
+        };
+        Self { name, summary, parameters, make, part }
+    }
 }
 
 /// A registered material.
@@ -95,9 +108,28 @@ impl Registry {
         self
     }
 
+    /// Adds a material that is no bond law, with its criteria. One of the same name is replaced.
+    pub fn whole(
+        mut self,
+        name: &'static str,
+        summary: &'static str,
+        parameters: &'static [Parameter],
+        wants: Wants,
+        criteria: Vec<CriterionEntry>,
+    ) -> Self {
+        self.entries.retain(|e| e.name != name);
+        self.entries.push(Entry { name, summary, parameters, wants, criteria });
+        self
+    }
+
     /// All entries, in order of registration.
     pub fn entries(&self) -> &[Entry] {
         &self.entries
+    }
+
+    /// Those that are built from [bonds](Wants::Bonds), in order of registration.
+    pub fn bond_laws(&self) -> impl Iterator<Item = &Entry> {
+        self.entries.iter().filter(|e| e.wants == Wants::Bonds)
     }
 
     /// The entry called `name`.

@@ -7,13 +7,13 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::adapt;
 use crate::anchor::Anchor;
-use crate::bonds::Families;
 use crate::buffer::Buffer;
-use crate::column::{Column, Of, Visitor};
+use crate::column::{Column, Life, Of, Visitor};
 use crate::contact::{self, Collider, Contact};
 use crate::integrate::Integrator;
-use crate::material::{BuildError, Geometry, Link, Material};
+use crate::material::{BuildError, Geometry, Link, Material, Neighbourhood};
 use crate::particles::Particles;
 use crate::phase::{Phase, Profile};
 use crate::relax::{Relax, Relaxed, Scratch};
@@ -56,8 +56,8 @@ pub struct BodyInput<'a> {
     pub velocity: DVec3,
     /// Initial angular velocity about the centre of mass [rad/s].
     pub spin: DVec3,
-    /// Who is in whose horizon.
-    pub families: Families,
+    /// What lies about each particle.
+    pub neighbourhood: Neighbourhood,
 }
 
 /// Why a step could not be made; the state is still that before the step.
@@ -176,6 +176,7 @@ pub struct World {
     /// Positions and velocities before the step.
     pub(crate) kept: [Vec<DVec3>; 2],
     pub(crate) relaxing: Scratch,
+    pub(crate) adapting: adapt::Scratch,
 }
 
 impl Default for World {
@@ -198,6 +199,7 @@ impl Default for World {
             dv: Vec::new(),
             kept: Default::default(),
             relaxing: Scratch::default(),
+            adapting: adapt::Scratch::default(),
         }
     }
 }
@@ -232,7 +234,7 @@ impl World {
             p.id.to_mut().push(input.ids[k]);
         }
         let range = start..start + n;
-        material.build(Geometry { particles: self.particles.of(&range), families: input.families })?;
+        material.build(Geometry { particles: self.particles.of(&range), neighbourhood: input.neighbourhood })?;
         let (name, spacing, horizon) = (input.name.to_string(), input.spacing, input.horizon);
         // room for every bond to break in one step: address space only, until it is used
         let cuts = Vec::with_capacity(material.bonds().map_or(0, |b| b.directed() as usize / 2));
@@ -253,6 +255,9 @@ impl World {
     pub fn step(&mut self) -> Result<(), StepError> {
         self.contact.note_cuts(&self.particles, &self.bodies);
         self.bodies.iter_mut().for_each(|b| b.cuts.clear());
+        if self.step == 0 {
+            self.adapt(); // from the finest, after anchors have taken hold
+        }
         let mut profile = self.profile;
         let done = match self.integrator {
             Integrator::SymplecticEuler => self.step_euler(&mut profile),
@@ -272,6 +277,7 @@ impl World {
         profile.time(Phase::Flow, || self.flow(self.dt));
         profile.time(Phase::Fracture, || self.fracture());
         profile.time(Phase::Integrate, || self.advance());
+        profile.time(Phase::Adapt, || self.adapt());
         Ok(())
     }
 
@@ -283,6 +289,7 @@ impl World {
         profile.time(Phase::Flow, || self.flow(self.dt));
         profile.time(Phase::Fracture, || self.fracture());
         profile.time(Phase::Integrate, || self.finish());
+        profile.time(Phase::Adapt, || self.adapt());
         Ok(())
     }
 
@@ -326,16 +333,14 @@ impl World {
     pub(crate) fn evaluate(&mut self, h: f64) {
         self.dv.clear();
         self.dv.resize(self.particles.len(), self.gravity * h);
-        for body in &mut self.bodies {
-            body.material.respond(&self.particles.of(&body.range), h, &mut self.dv[body.range.clone()]);
-        }
+        respond(&mut self.bodies, &self.particles, 0, h, &mut self.dv);
     }
 
     /// Refuses velocity changes that are not finite or would throw a particle past its neighbours within `h` [s]; at 0 none is too far.
     fn check_forces(&self, h: f64) -> Result<(), StepError> {
         for body in &self.bodies {
             let dv = &self.dv[body.range.clone()];
-            let limit = body.spacing / h;
+            let limit = if body.material.position_based() { f64::INFINITY } else { body.spacing / h };
             let wild = |d: &DVec3| d.length_squared() > limit * limit || !d.is_finite();
             let bad = dv.par_iter().with_min_len(4096).position_first(wild);
             if let Some(k) = bad {
@@ -412,7 +417,8 @@ impl World {
         if let ([time, dt], [step]) = (&clock[..], &step[..]) {
             (self.time, self.dt, self.step) = (*time, *dt, *step);
         }
-        self.particles.visit(v);
+        let life = if self.bodies.iter().any(|b| b.material.adapts()) { Life::Live } else { Life::Frozen };
+        self.particles.visit(life, v);
         if self.integrator == Integrator::VelocityVerlet {
             v("particles", &Column::live("acceleration", "m/s^2", Of::Particle), &mut self.acceleration);
         }
@@ -421,7 +427,7 @@ impl World {
             let mut range = Buffer::new(vec![body.range.start as u64, body.range.end as u64]);
             let mut origin = Buffer::new(vec![body.origin]);
             let mut lengths = Buffer::new(vec![body.spacing, body.horizon]);
-            v(&scope, &Column::frozen("range", "1", Of::Thing), &mut range);
+            v(&scope, &Column { life, ..Column::live("range", "1", Of::Thing) }, &mut range);
             v(&scope, &Column::frozen("origin", "m", Of::Thing), &mut origin);
             v(&scope, &Column::frozen("spacing_and_horizon", "m", Of::Thing), &mut lengths);
             if let ([start, end], [place], [spacing, horizon]) = (&range[..], &origin[..], &lengths[..]) {
@@ -431,9 +437,26 @@ impl World {
             body.material.visit(&scope, v);
         }
         for anchor in &mut self.anchors {
-            anchor.visit(v);
+            anchor.visit(life, v);
         }
         self.colliders.iter_mut().for_each(|c| c.visit(v));
         self.contact.visit(v);
+    }
+}
+
+/// Every body's velocity changes, bodies beside each other; `dv` begins with particle `first`.
+fn respond(bodies: &mut [Body], particles: &Particles, first: usize, h: f64, dv: &mut [DVec3]) {
+    match bodies {
+        [] => {}
+        [body] => {
+            let own = body.range.start - first..body.range.end - first;
+            body.material.respond(&particles.of(&body.range), h, &mut dv[own]);
+        }
+        _ => {
+            let (left, right) = bodies.split_at_mut(bodies.len() / 2);
+            let middle = right[0].range.start;
+            let (before, behind) = dv.split_at_mut(middle - first);
+            rayon::join(|| respond(left, particles, first, h, before), || respond(right, particles, middle, h, behind));
+        }
     }
 }

@@ -1,9 +1,11 @@
-//! The constitutive laws that come with Fissure, one file each, the list that registers them, and
+//! The constitutive laws that come with Fissure, one file each, the
+//! [`lattice`] of shape matching, the list that registers them, and
 //! [`conformance`], the checks that every law must pass.
 
 pub mod anisotropic;
 pub mod conformance;
 mod isotropic;
+pub mod lattice;
 mod lps;
 mod mitchell;
 pub mod moduli;
@@ -25,7 +27,7 @@ use fissure_engine::Registry;
 
 /// Every material of this crate. Your own crate starts from it: `registry().bonds::<Mine, _>()`.
 pub fn registry() -> Registry {
-    Registry::default()
+    let bonds = Registry::default()
         .bonds::<Isotropic, _>()
         .bonds::<Plastic, _>()
         .bonds::<Anisotropic<Isotropic>, _>()
@@ -33,5 +35,6 @@ pub fn registry() -> Registry {
         .bonds::<Viscoelastic, _>()
         .bonds::<Lps, _>()
         .bonds::<Mitchell, _>()
-        .bonds::<Pmb, _>()
+        .bonds::<Pmb, _>();
+    lattice::register(bonds)
 }

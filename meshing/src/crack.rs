@@ -15,6 +15,7 @@ mod surface;
 
 use split::Scratch;
 pub use split::Split;
+pub(crate) use surface::shaded;
 pub use surface::{Smoothing, Surface};
 
 use fissure_engine::buffer::Buffer;

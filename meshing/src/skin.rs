@@ -11,8 +11,8 @@
 //! with F_p fitted over the tetrahedra that share a current vertex with p: exact for every affine motion, rigid for a
 //! tetrahedron that has broken off alone (it keeps its last rotation, for a point cannot turn), and never mirrored.
 
-mod fit;
-mod rotation;
+pub(crate) mod fit;
+pub(crate) mod rotation;
 
 use fissure_engine::buffer::Buffer;
 use fissure_engine::column::{Column, Of, Visitor};

@@ -119,7 +119,7 @@ impl Bar<'_> {
             horizon,
             velocity: DVec3::ZERO,
             spin: DVec3::ZERO,
-            families: families(&points, horizon, None).expect("nobody is alone"),
+            neighbourhood: families(&points, horizon, None).expect("nobody is alone").into(),
         };
         let mut world = World::default();
         world.add(input, material.expect("valid parameters")).expect("positive volumes");

@@ -50,7 +50,7 @@ impl Given<'_> {
             horizon: self.horizon,
             velocity: DVec3::ZERO,
             spin: DVec3::ZERO,
-            families,
+            neighbourhood: families.into(),
         };
         let mut world = World::default();
         world.add(input, material).expect("volumes are positive");

@@ -87,7 +87,7 @@ pub fn add_breaking(
         horizon: at.horizon,
         velocity,
         spin: DVec3::ZERO,
-        families: naive_families(points, at.horizon),
+        neighbourhood: naive_families(points, at.horizon).into(),
     };
     world.add(input, material).unwrap();
 }

@@ -85,7 +85,7 @@ pub fn block(b: &Block) -> World {
         horizon,
         velocity: DVec3::ZERO,
         spin: DVec3::ZERO,
-        families: naive_families(&points, horizon),
+        neighbourhood: naive_families(&points, horizon).into(),
     };
     let mut world = World::default();
     world.add(input, material).expect("volumes are positive");

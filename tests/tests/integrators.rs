@@ -50,7 +50,7 @@ fn springs(fails: u32) -> World {
         horizon: 1.0,
         velocity: DVec3::ZERO,
         spin: DVec3::ZERO,
-        families: Families { offsets: vec![0; 3], neighbours: vec![] },
+        neighbourhood: Families { offsets: vec![0; 3], neighbours: vec![] }.into(),
     };
     world.add(input, Box::new(Springs { home: vec![], fails })).expect("a body");
     world.particles.velocity[0] = DVec3::Y;

@@ -44,7 +44,7 @@ fn block(n: [i32; 3], jitter: f64, parts: &[Part<'_>], interface: &Interface, re
         horizon,
         velocity: DVec3::ZERO,
         spin: DVec3::ZERO,
-        families: naive_families(&points, horizon),
+        neighbourhood: naive_families(&points, horizon).into(),
     };
     let mut world = World::default();
     world.add(input, material).expect("volumes are positive");

@@ -42,7 +42,7 @@ fn block<'a>(law: &'a str, criterion: &'a str) -> Lattice<'a> {
 fn cases() -> Vec<(String, Registry, &'static str, &'static str)> {
     let registry = fissure_materials::registry();
     let mut all = Vec::new();
-    for entry in registry.entries() {
+    for entry in registry.bond_laws() {
         all.push((entry.name.to_string(), registry.clone(), entry.name, "critical_stretch"));
     }
     let others = registry.entry("isotropic").expect("registered").criteria.iter();

@@ -15,6 +15,7 @@ const LAWS: &[(&str, &str)] = &[
     ("lps", "young_modulus = 5e5\npoisson_ratio = 0.3"),
     ("mitchell", "young_modulus = 5e5\npoisson_ratio = 0.3\nyield_stress = 1e4"),
     ("pmb", "bulk_modulus = 5e5"),
+    ("lattice", "half_width = 2"),
 ];
 
 /// Where it is said that something is missing.

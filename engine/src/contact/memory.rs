@@ -7,6 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::neighbours::{NONE, Neighbours};
+use crate::adapt::Descent;
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
 
@@ -96,6 +97,27 @@ impl Memory {
     pub fn undo(&mut self) {
         std::mem::swap(&mut self.now, &mut self.before);
         self.restored = Some(self.pairs());
+    }
+
+    /// Goes on with other particles in the place of `old`; those that are new remember nothing.
+    pub fn renew(&mut self, old: &std::ops::Range<usize>, descent: &[Descent]) {
+        let mut pairs = self.pairs();
+        let mut heir = vec![NONE; old.len()];
+        for (k, d) in descent.iter().enumerate().filter(|(_, d)| d.same) {
+            heir[d.from as usize] = (old.start + k) as u32;
+        }
+        let now = |i: u32| match i as usize {
+            i if i < old.start => i as u32,
+            i if i < old.end => heir[i - old.start],
+            i => (i - old.len() + descent.len()) as u32,
+        };
+        pairs.retain_mut(|(pair, _)| {
+            let (i, j) = (now((*pair >> 32) as u32), now(*pair as u32));
+            *pair = key(i, j);
+            i != NONE && j != NONE
+        });
+        pairs.sort_unstable_by_key(|p| p.0);
+        self.restored = Some(pairs);
     }
 
     /// All pairs that touch, in both directions and in order.

@@ -31,6 +31,7 @@ use self::neighbours::Record;
 use self::pairs::Pairs;
 use self::rigid::{Motions, Mover, Other};
 pub use self::shape::{Shape, ShapeError};
+use crate::adapt::Descent;
 use crate::anchor::Anchor;
 use crate::column::Visitor;
 use crate::particles::Particles;
@@ -110,7 +111,8 @@ impl Scene<'_> {
     }
 }
 
-/// What contact knows about particles beside their columns; all but `held` never changes.
+/// What contact knows about particles beside their columns; all but `held` changes only where particles split and merge or a
+/// body without bonds falls to pieces.
 #[derive(Debug, Default)]
 struct Still {
     /// [`radius`] [m].
@@ -119,8 +121,12 @@ struct Still {
     surface: Vec<bool>,
     /// Bulk modulus [Pa]; infinite where the material has none, which leaves stiffness to the time step.
     modulus: Vec<f32>,
+    /// Connected piece, of bodies without bonds.
+    piece: Vec<u32>,
     /// Whether an anchor holds it in this step.
     held: Vec<bool>,
+    /// Version of each body's pieces.
+    versions: Vec<u64>,
 }
 
 /// Radius [m] of the ball that a particle of `volume` [m³] meets others as: half the edge of a cube as large.
@@ -133,9 +139,16 @@ impl Still {
         let p = scene.particles;
         let radius: Vec<f64> = p.volume.par_iter().map(|&v| radius(v)).collect();
         let (mut surface, mut modulus) = (vec![true; p.len()], vec![f32::INFINITY; p.len()]);
+        let (mut piece, mut versions) = (vec![0; p.len()], Vec::with_capacity(scene.bodies.len()));
         for b in scene.bodies {
             let kappa = b.material.bulk_moduli();
             modulus[b.range.clone()].iter_mut().zip(kappa).for_each(|(m, kappa)| *m = kappa as f32);
+            let touching = b.material.touching();
+            versions.push(touching.map_or(0, |t| t.version));
+            if let Some(t) = touching {
+                surface[b.range.clone()].copy_from_slice(t.exposed);
+                piece[b.range.clone()].iter_mut().zip(t.piece).for_each(|(to, from)| *to = *from);
+            }
             let Some(bonds) = b.material.bonds() else { continue };
             let volume = &p.volume[b.range.clone()];
             let full = FULL * 4.0 / 3.0 * std::f64::consts::PI * b.horizon.powi(3);
@@ -144,7 +157,31 @@ impl Still {
                 *surface = volume[i] + family.sum::<f64>() < full;
             });
         }
-        Self { radius, surface, modulus, held: Vec::new() }
+        Self { radius, surface, modulus, piece, held: Vec::new(), versions }
+    }
+
+    /// Brings pieces up to date where a body has fallen into more; whether one has.
+    fn update(&mut self, bodies: &[Body]) -> bool {
+        let mut any = false;
+        for (b, known) in bodies.iter().zip(&mut self.versions) {
+            let Some(t) = b.material.touching().filter(|t| t.version != *known) else { continue };
+            *known = t.version;
+            any = true;
+            self.surface[b.range.clone()].copy_from_slice(t.exposed);
+            self.piece[b.range.clone()].iter_mut().zip(t.piece).for_each(|(to, from)| *to = *from);
+        }
+        any
+    }
+
+    /// The particles of body `k` are others than those of `old`.
+    fn renew(&mut self, particles: &Particles, bodies: &[Body], k: usize, old: &std::ops::Range<usize>) {
+        let (b, n) = (&bodies[k], bodies[k].range.len());
+        let volumes = particles.volume[b.range.clone()].iter();
+        self.radius.splice(old.clone(), volumes.map(|v| 0.5 * v.cbrt()));
+        self.surface.splice(old.clone(), std::iter::repeat_n(true, n));
+        self.modulus.splice(old.clone(), std::iter::repeat_n(f32::INFINITY, n));
+        self.piece.splice(old.clone(), std::iter::repeat_n(0, n));
+        self.versions[k] = u64::MAX; // brought up to date before the next contact
     }
 
     /// One over the mass [1/kg]; 0 while it is held.
@@ -175,6 +212,33 @@ impl Contact {
         self.pairs.neighbours.note_cuts(particles, &self.still, bodies);
     }
 
+    /// Takes note that the particles of body `k`, which were those of `old`, have split and merged.
+    pub(crate) fn renew(
+        &mut self,
+        particles: &Particles,
+        bodies: &[Body],
+        k: usize,
+        old: &std::ops::Range<usize>,
+        descent: &[Descent],
+    ) {
+        if self.still.radius.is_empty() {
+            return;
+        }
+        self.still.renew(particles, bodies, k, old);
+        self.pairs.memory.renew(old, descent);
+        self.pairs.neighbours.rank.clear();
+    }
+
+    /// What contact knows about the particles, up to date.
+    fn know(&mut self, scene: &Scene<'_>) {
+        if self.still.radius.len() != scene.particles.len() {
+            self.still = Still::of(scene);
+        }
+        if self.still.update(scene.bodies) {
+            self.pairs.neighbours.rank.clear();
+        }
+    }
+
     /// Shows what touching pairs remember. Forgets the rows of neighbours, because the particles may have been replaced; that
     /// changes no result.
     pub(crate) fn visit(&mut self, v: &mut Visitor<'_>) {
@@ -189,9 +253,7 @@ impl Contact {
 
     /// Adds to `dv` what contacts change in this step; [`carry`](Self::carry) does the same for free colliders.
     pub(crate) fn resolve(&mut self, scene: &Scene<'_>, colliders: &[Collider], dv: &mut [DVec3]) {
-        if self.still.radius.len() != scene.particles.len() {
-            self.still = Still::of(scene);
-        }
+        self.know(scene);
         self.hold(scene, dv);
         self.rigid.poses.clear();
         self.rigid.poses.extend(colliders.iter().map(|c| Pose::new(c, scene.time, scene.dt)));
@@ -209,9 +271,7 @@ impl Contact {
     /// Stops particles at the colliders as they stand at the time of `scene`: contact in a relaxation, where velocities are
     /// ways per iteration. Particles do not meet each other there, and free colliders stand and are passed.
     pub(crate) fn lean(&mut self, scene: &Scene<'_>, colliders: &[Collider], dv: &mut [DVec3]) {
-        if self.still.radius.len() != scene.particles.len() {
-            self.still = Still::of(scene);
-        }
+        self.know(scene);
         self.rigid.movers.clear();
         self.rigid.poses.clear();
         self.rigid.poses.extend(colliders.iter().map(|c| Pose::standing(c, scene.time, scene.dt)));

@@ -110,6 +110,8 @@ pub struct Neighbours {
     strays: Vec<u32>,
     strayed: Vec<bool>,
     blocks: Vec<Block>,
+    /// How many particles there is room for.
+    room: usize,
     grid: Grid,
     seats: Vec<Seat>,
     /// One for each thread.
@@ -172,7 +174,7 @@ impl Neighbours {
         if self.rank.is_empty() {
             return;
         }
-        for b in bodies {
+        for b in bodies.iter().filter(|b| b.material.bonds().is_some()) {
             for link in &b.cuts {
                 self.want(b, link.i as usize);
                 self.want(b, link.j as usize);
@@ -279,7 +281,7 @@ impl Neighbours {
         let mut meet = |j: usize| {
             let (other, apart) = (members[j] as usize, reference[j].distance(x));
             let same = of[j] == body;
-            let held = same && (b.material.bonds().is_none() || scratch.saw(other));
+            let held = same && scratch.holds(b, still, i, other);
             if j == k || held || apart > f64::from(reach[j] + reach[k]) * MARGIN {
                 return;
             }
@@ -320,11 +322,14 @@ impl Neighbours {
     fn make_room(&mut self, n: usize) {
         let threads = rayon::current_num_threads();
         if self.scratch.len() < threads {
-            self.scratch.resize_with(threads, || Mutex::new(Scratch::new(n)));
+            self.scratch.resize_with(threads, || Mutex::new(Scratch::new(n.max(self.room))));
         }
-        if self.blocks.len() >= n.div_ceil(BLOCK) {
+        if self.room >= n {
             return;
         }
+        // particles that split may come to be more
+        let n = if self.room == 0 { n } else { n + n / 2 };
+        self.room = n;
         self.scratch.iter_mut().for_each(|s| *s = Mutex::new(Scratch::new(n)));
         self.members.reserve(n);
         self.rank.reserve(n);

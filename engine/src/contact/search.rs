@@ -97,8 +97,15 @@ impl Scratch {
 
     /// Whether a bond holds particle `other` to the one that was last [seen](Self::see).
     #[inline]
-    pub fn saw(&self, other: usize) -> bool {
+    fn saw(&self, other: usize) -> bool {
         self.seen[other] == self.row
+    }
+
+    /// Whether a bond of body `b` holds particle `other` to `i`, which was last [seen](Self::see); without bonds, whether they
+    /// are of one piece.
+    #[inline]
+    pub fn holds(&self, b: &Body, still: &Still, i: usize, other: usize) -> bool {
+        if b.material.bonds().is_some() { self.saw(other) } else { still.piece[i] == still.piece[other] }
     }
 
     /// Makes the rows of `range`.
@@ -126,7 +133,7 @@ impl Scratch {
             }
             let (i, body) = (m.members[k] as usize, m.body[k]);
             let b = &scene.bodies[body as usize];
-            let alone = b.material.bonds().is_none();
+            let bonded = b.material.bonds().is_some();
             self.see(b, i);
             let own = (m.reference[k] - grid.middle(cell)).as_vec3();
             let [x, y, z] = own.to_array().map(f32x8::splat);
@@ -145,12 +152,13 @@ impl Scratch {
                     let [j, particle, its_body] = self.who[start + lane];
                     bits &= bits - 1;
                     let other = particle as usize;
-                    let d = if its_body != body {
-                        still.radius[i] as f32 + still.radius[other] as f32
-                    } else if alone || self.saw(other) {
+                    let same = its_body == body;
+                    if same && (if bonded { self.saw(other) } else { still.piece[i] == still.piece[other] }) {
                         continue;
-                    } else {
-                        touch(scene.particles, still, i, other)
+                    }
+                    let d = match same {
+                        true => touch(scene.particles, still, i, other),
+                        false => still.radius[i] as f32 + still.radius[other] as f32,
                     };
                     entries.push(Entry { other: j, d, gap: apart[lane].sqrt() * LESS - d });
                 }

@@ -18,7 +18,7 @@ use crate::column::{Column, Of, Visitor};
 use crate::fracture::{Bulk, Unbreakable};
 use crate::frame::Frame;
 use crate::law::BondLaw;
-use crate::material::{BuildError, Geometry};
+use crate::material::{BuildError, Geometry, Neighbourhood};
 use crate::particles::BodyParticles;
 use glam::{DVec3, Vec3};
 
@@ -183,6 +183,9 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
 
     pub fn build(&mut self, g: Geometry<'_>) -> Result<(), BuildError> {
         let (p, n) = (g.particles, g.particles.len());
+        let Neighbourhood::Families(families) = g.neighbourhood else {
+            return Err(BuildError::Unfit { wanted: "families within a horizon" });
+        };
         if n > MOST {
             return Err(BuildError::TooMany { particles: n, most: MOST });
         }
@@ -192,7 +195,7 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             }
         }
         let (laws, regions) = (&self.laws, &self.regions.rows[..]);
-        let (bonds, chunks) = Bonds::grouped(g.families, p.rest, regions, |i, j, xi| {
+        let (bonds, chunks) = Bonds::grouped(families, p.rest, regions, |i, j, xi| {
             let middle = 0.5 * (p.rest[i].as_dvec3() + p.rest[j].as_dvec3());
             let of = |region: u8| laws[usize::from(region)].influence_at(middle, xi, self.horizon);
             match (regions.get(i), regions.get(j)) {

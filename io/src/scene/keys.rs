@@ -115,6 +115,7 @@ impl Key {
 pub const RIVALS: &[(&str, &[&str])] = &[
     ("body.NAME", &["mesh", "shape"]),
     ("body.NAME", &["size", "tets"]),
+    ("body.NAME", &["cells", "cell"]),
     ("body.NAME", &["horizon", "horizon_factor"]),
     ("body.NAME.cut.N", &["triangle", "rectangle"]),
     ("body.NAME.region.N", &["box", "ball", "label", "nearest"]),

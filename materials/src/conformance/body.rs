@@ -91,7 +91,7 @@ impl<'a> Subject<'a> {
             horizon: HORIZON,
             velocity: DVec3::ZERO,
             spin: DVec3::ZERO,
-            families,
+            neighbourhood: families.into(),
         };
         let mut world = World::default();
         world.add(input, material)?;

@@ -84,12 +84,12 @@ pub fn check(registry: &Registry, law: &str) -> Report {
     Case::new(law).check(registry)
 }
 
-/// Checks every registered material with its defaults and prints the tables.
+/// Checks every registered bond law with its defaults and prints the tables.
 ///
 /// # Panics
 /// As [`check`], after all of them have been checked.
 pub fn check_all(registry: &Registry) -> Vec<Report> {
-    let reports: Vec<Report> = registry.entries().iter().map(|e| Case::new(e.name).run(registry)).collect();
+    let reports: Vec<Report> = registry.bond_laws().map(|e| Case::new(e.name).run(registry)).collect();
     reports.iter().for_each(|r| println!("{r}"));
     println!("{}", matrix(&reports));
     let bad: Vec<String> = reports.iter().filter(|r| !r.passed()).map(Report::complaint).collect();

@@ -1,0 +1,6 @@
+//! The lattice: what it keeps, whatever the method.
+
+mod body;
+mod compare;
+mod run;
+mod update;
