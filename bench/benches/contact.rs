@@ -23,7 +23,7 @@ pub fn contact(c: &mut Criterion) {
     let mut group = group(c, "contact");
     let whole = Lattice::default();
     let brittle = Lattice { edge: 40, critical_stretch: 0.02, ..whole };
-    for (name, lattice, steps) in [("intact", whole, 10), ("shattered", brittle, 100)] {
+    for (name, lattice, steps) in [("intact", whole, 10), ("shattered", brittle, 300)] {
         let mut world = None;
         let per = Per { unit: "particle", count: lattice.particles() };
         measure(&mut group, &format!("contact {name}"), per, || {

@@ -62,7 +62,7 @@ pub fn step(c: &mut Criterion) {
     }
 }
 
-/// The whole step of every law with no fracture, and of `isotropic` with every criterion.
+/// The whole step of every law of bonds with no fracture, and of `isotropic` with every criterion.
 pub fn law(c: &mut Criterion) {
     let registry = laws::registry();
     let mut group = group(c, "law");

@@ -15,6 +15,7 @@ fn main() {
     let (edge, steps, threads) = (number(edge) as i32, number(steps) as u32, number(threads) as usize);
     let lattice = Lattice { law, edge, horizon: number(horizon), ..Lattice::default() };
     let mut world = lattice.world(&fissure_materials::registry());
+    world.contact.between = false; // as in LAMMPS's script: bonds only
     let (wall, processor) = on_threads(threads, || {
         world.step().expect("stable");
         let (start, before) = (Instant::now(), processor_time());

@@ -46,6 +46,20 @@ pub(crate) enum Command {
         /// The checkpoint or run folder
         path: PathBuf,
     },
+    /// Write the columns of a checkpoint for other programs
+    #[command(after_help = "Examples:\n  fissure export runs/vase/checkpoint_00001911.fis --to npy --out columns\n  \
+        fissure export runs/vase/checkpoint_00001911.fis --to vtu\n\ncsv: a row per particle. npy: a folder with a NumPy \
+        file per column. vtu: particles for ParaView.\nWhat never changes is taken from frozen.fis beside it.")]
+    Export {
+        /// The checkpoint (.fis)
+        checkpoint: PathBuf,
+        /// The format
+        #[arg(long, value_parser = ["csv", "npy", "vtu"], default_value = "csv")]
+        to: String,
+        /// The file or, for npy, folder to write [default: beside the checkpoint]
+        #[arg(long)]
+        out: Option<PathBuf>,
+    },
     /// Make tetrahedra from a surface, or convert a mesh; reports the quality
     #[command(after_help = "Examples:\n  fissure mesh bunny.ply bunny.msh --tets 100000\n  \
         fissure mesh leaf.obj leaf.vtu --shell 0.02\n  fissure mesh solid.node solid.vtu")]

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use fissure_io::checkpoint::checkpoint_name;
 use fissure_io::diff::{
     ColumnDiff, FileDiff, KeyDiff, Options, RunDiff, Side, Verdict, checkpoints, frame, runs, scenes,
 };
@@ -94,7 +95,7 @@ fn draw_run(args: &DiffArgs, diff: &RunDiff) -> Result<(), Error> {
     let Some(step) = diff.steps.iter().find(|d| d.differs()) else {
         return nothing_to_draw(args);
     };
-    let open = |dir: &Path| Side::open(dir.join(format!("checkpoint_{:08}.fis", step.step[0])));
+    let open = |dir: &Path| Side::open(dir.join(checkpoint_name(step.step[0])));
     draw(args, &open(&args.a)?, &open(&args.b)?, step)
 }
 

@@ -17,7 +17,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use fissure_io::atomic::write_atomically;
-use fissure_io::checkpoint::Store;
+use fissure_io::checkpoint::{FROZEN, Store};
 use fissure_io::frames::FrameFolder;
 use fissure_io::scene::Scene;
 
@@ -133,5 +133,5 @@ impl RunFolder {
 }
 
 fn occupied(dir: &Path) -> bool {
-    ["scene.toml", "frozen.fis", "frames"].iter().any(|name| dir.join(name).exists())
+    ["scene.toml", FROZEN, "frames"].iter().any(|name| dir.join(name).exists())
 }

@@ -4,10 +4,11 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use fissure_engine::Registry;
+use fissure_engine::registry::Wants;
 use fissure_io::checkpoint::summary;
 use fissure_io::frames::{self, FrameFolder};
 use fissure_io::mesh::{Mesh, READABLE, read};
-use fissure_io::scene::{ColliderMotion, Scene, Source};
+use fissure_io::scene::{ColliderMotion, Fineness, Scene, Source};
 use fissure_meshing::quality::Report;
 use glam::DVec3;
 
@@ -58,7 +59,13 @@ fn scene(path: &Path, registry: &Registry) -> Result<(), Error> {
             Source::Mesh { written, .. } => written.clone(),
             Source::Shape(shape) => format!("{shape:?}"),
         };
-        say!("body {}: {from}, {} with {}", body.name, body.law.name, body.criterion.name);
+        let wants = registry.entry(&body.law.name).map(|entry| entry.wants);
+        let cells = match (wants, body.lattice.fineness) {
+            (Ok(Wants::Cells), Fineness::Cells(cells)) => format!(", about {cells} cells"),
+            (Ok(Wants::Cells), Fineness::Size(size)) => format!(", cells of {size} m"),
+            _ => String::new(),
+        };
+        say!("body {}: {from}{cells}, {} with {}", body.name, body.law.name, body.criterion.name);
         for part in &body.parts {
             say!("  region {}: {} with {}", part.name, part.law.name, part.criterion.name);
         }

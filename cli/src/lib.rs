@@ -7,6 +7,7 @@ mod bench;
 mod compare;
 mod diff;
 mod error;
+mod export;
 mod folder;
 mod info;
 mod keys;
@@ -69,6 +70,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Materials { name } => materials::command(name.as_deref(), registry),
         Command::Keys { part } => keys::command(part.as_deref()),
         Command::Render(options) => render::command(&options),
+        Command::Export { checkpoint, to, out } => export::command(&checkpoint, &to, out),
         Command::Verify { path } => verify::command(&path),
         Command::Bench(options) => bench::command(&options, registry),
         Command::Diff(options) => diff::command(&options),

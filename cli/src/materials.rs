@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use fissure_engine::registry::Wants;
 use fissure_engine::{Kind, Parameter, Registry};
 
 use crate::Error;
@@ -19,6 +20,11 @@ pub(crate) fn command(name: Option<&str>, registry: &Registry) -> Result<ExitCod
             let entry = registry.entry(name).map_err(|e| Error::Usage(e.to_string()))?;
             say!("{}: {}\n\n[body.NAME.material]\nlaw = \"{}\"", entry.name, entry.summary, entry.name);
             list(entry.parameters);
+            if entry.wants == Wants::Cells {
+                say!(
+                    "\nIt makes a lattice: see `fissure keys cell` for how fine, `fissure keys crack_faces` for how cracks look."
+                );
+            }
             for criterion in entry.criteria.iter().filter(|c| !c.parameters.is_empty()) {
                 say!("\n{}\n[body.NAME.fracture]\ncriterion = \"{}\"", criterion.summary, criterion.name);
                 list(criterion.parameters);

@@ -124,12 +124,13 @@ fn start(path: &Path, out: &Path, options: &RunArgs, registry: &Registry) -> Res
     let mut notes = Vec::new();
     let built = Simulation::build(&scene, registry, &mut |making| {
         notes.extend(making.notes.iter().map(|n| format!("body {}: {n}", making.body)));
-        notes.push(format!(
-            "body {}: tetrahedra in {:.2} s, families in {:.2} s",
-            making.body,
-            making.meshing.as_secs_f64(),
-            making.families.as_secs_f64()
-        ));
+        let meshing = making.meshing.as_secs_f64();
+        notes.push(match making.families {
+            Some(took) => {
+                format!("body {}: tetrahedra in {meshing:.2} s, families in {:.2} s", making.body, took.as_secs_f64())
+            }
+            None => format!("body {}: cells in {meshing:.2} s", making.body),
+        });
     });
     let compared = built.map_err(Error::from).and_then(|mut simulation| {
         let comparison = Comparison::new(&scene, folder.dir(), &mut simulation)?;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use fissure_io::checkpoint::{CheckpointError, Opened, Store};
+use fissure_io::checkpoint::{CheckpointError, FROZEN, Opened, Store};
 use fissure_io::frames;
 
 use crate::say::{counted, say};
@@ -13,8 +13,8 @@ pub(crate) fn command(path: &Path) -> Result<ExitCode, Error> {
     let mut wrong = 0;
     if path.is_dir() {
         let folder = RunFolder::open(path)?;
-        let frozen = Opened::open(path.join("frozen.fis")).and_then(|f| f.verify().map(|()| f));
-        tell(&path.join("frozen.fis"), frozen.as_ref().map(columns), &mut wrong);
+        let frozen = Opened::open(path.join(FROZEN)).and_then(|f| f.verify().map(|()| f));
+        tell(&path.join(FROZEN), frozen.as_ref().map(columns), &mut wrong);
         for (_, file) in Store::listing(path)? {
             let checked = whole(&file).and_then(|live| match &frozen {
                 Ok(frozen) => live.belongs_to(frozen).map(|()| live),

@@ -21,6 +21,7 @@ pub mod lane;
 pub mod lattice;
 pub mod law;
 pub mod material;
+pub mod noise;
 pub mod params;
 pub mod particles;
 pub mod peridynamic;

@@ -92,6 +92,7 @@
 //! end. Fissure itself never writes into a finished file, it only replaces or removes it, which a map survives.
 
 mod error;
+mod export;
 mod format;
 mod open;
 mod restore;
@@ -103,11 +104,12 @@ mod tests;
 mod write;
 
 pub use error::CheckpointError;
+pub use export::{ExportFormat, export};
 pub(crate) use format::type_name;
 pub use format::{About, Section, VERSION};
 pub use open::Opened;
 pub use snapshot::Snapshot;
-pub use store::{Latest, Store};
+pub use store::{FROZEN, Latest, Store, checkpoint_name};
 pub use summary::{ColumnSummary, Range, Summary, summary};
 pub use write::{Written, write};
 

@@ -27,7 +27,7 @@ pub use report::Row;
 
 use crate::atomic::write_atomically;
 use crate::scene::{Quantity, Reference, Scene, SceneError};
-use crate::simulation::Simulation;
+use crate::simulation::{Simulation, Tets};
 use seat::Seat;
 use table::Numbers;
 
@@ -90,14 +90,21 @@ impl Comparison {
             let due = due(&told.reference, &kept(run, k)[0]).map_err(blame)?;
             let (mut seats, mut size) = (Vec::new(), 0.0);
             if let Some(body) = told.reference.body() {
-                let mesh = &simulation.meshes[body].mesh;
+                let Some(Tets { mesh, .. }) = simulation.meshes[body].tets() else {
+                    let name = &scene.bodies[body].name;
+                    let message = format!(
+                        "body `{name}` is a lattice, in which no place can be compared; compare the force of an anchor, or \
+                         give it a law of bonds"
+                    );
+                    return Err(blame(message));
+                };
                 let one = !matches!(told.reference, Reference::Field { .. });
                 let places: Vec<DVec3> = due.iter().take(if one { 1 } else { due.len() }).map(|d| d.place).collect();
                 seats = Seat::find(mesh, &places).map_err(|place| {
                     let name = &scene.bodies[body].name;
                     blame(format!("the place {place} [m] lies outside body `{name}`; move it or the body"))
                 })?;
-                size = diagonal(simulation, body);
+                size = diagonal(simulation, body, mesh);
             }
             items.push(Item {
                 label: told.label.clone(),
@@ -133,8 +140,8 @@ impl Comparison {
                     | Reference::Track { body, .. }
                     | Reference::Number { of: Quantity::Displacement { body, .. }, .. } => {
                         let seat = &item.seats[item.ours.len().min(item.seats.len() - 1)];
-                        let embedded = &simulation.meshes[body];
-                        Some(seat.displacement(&embedded.mesh, embedded.skin.positions()))
+                        let tets = simulation.meshes[body].tets();
+                        tets.map(|tets| seat.displacement(&tets.mesh, tets.skin.positions()))
                     }
                 };
                 // an anchor that does not hold at this time takes nothing
@@ -289,14 +296,13 @@ fn due(reference: &Reference, copy: &Path) -> Result<Vec<Due>, String> {
 
 /// Diagonal [m] of the box around what no anchor holds for ever, at rest: the paper's measure of errors of position
 /// (Chen et al., Sec. 6) without the grips.
-fn diagonal(simulation: &Simulation, body: usize) -> f64 {
+fn diagonal(simulation: &Simulation, body: usize, mesh: &CrackMesh) -> f64 {
     let range = &simulation.world.bodies[body].range;
     let mut free = vec![true; range.len()];
     for anchor in simulation.world.anchors.iter().filter(|a| a.until.is_infinite()) {
         let own = anchor.particles.iter().map(|&i| i as usize).filter(|i| range.contains(i));
         own.for_each(|i| free[i - range.start] = false);
     }
-    let mesh: &CrackMesh = &simulation.meshes[body].mesh;
     let all_held = free.iter().all(|free| !free);
     let corners = mesh.tets().iter().zip(&free).filter(|(_, free)| **free || all_held).flat_map(|(tet, _)| tet);
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

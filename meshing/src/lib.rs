@@ -3,6 +3,7 @@
 pub mod crack;
 pub mod distance;
 pub mod family;
+pub mod lattice;
 pub mod order;
 pub mod quality;
 pub mod shapes;

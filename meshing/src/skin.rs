@@ -11,8 +11,8 @@
 //! with F_p fitted over the tetrahedra that share a current vertex with p: exact for every affine motion, rigid for a
 //! tetrahedron that has broken off alone (it keeps its last rotation, for a point cannot turn), and never mirrored.
 
-mod fit;
-mod rotation;
+pub(crate) mod fit;
+pub(crate) mod rotation;
 
 use fissure_engine::buffer::Buffer;
 use fissure_engine::column::{Column, Of, Visitor};
@@ -187,6 +187,14 @@ impl Skin {
     /// Velocities of the current vertices at the last update [m/s].
     pub fn velocities(&self) -> &[DVec3] {
         &self.velocities
+    }
+
+    /// Whether the restored columns fit `crack`.
+    pub fn consistent(&self, crack: &CrackMesh) -> bool {
+        match self.follow {
+            Follow::Affine => self.rotation.len() == crack.tets().len(),
+            Follow::AsWritten => self.offset.len() == crack.origin().len(),
+        }
     }
 
     /// Shows every column to `v`, under `scope`. Positions and velocities follow from the particles and are none.

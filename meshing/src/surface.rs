@@ -23,9 +23,12 @@ mod tests;
 
 use std::collections::BTreeSet;
 
+use glam::DVec3;
+
 use edges::Edges;
 pub use error::SurfaceError;
-use error::{counted, place, short, suggested_wall};
+use error::suggested_wall;
+pub(crate) use error::{counted, place, short};
 pub use holes::Hole;
 use holes::Limits;
 
@@ -258,6 +261,18 @@ fn open(holes: &[Hole], size: f64) -> Option<SurfaceError> {
         across: widest.across,
         wall: suggested_wall(size),
     })
+}
+
+/// How many edges have no partner that runs the other way, and the middle of the first [m].
+pub(crate) fn unpaired(mesh: &TriMesh) -> (usize, DVec3) {
+    let edges = Edges::of(mesh);
+    let alone = |sides: &&[edges::Side]| sides.iter().map(|s| if s.forward { 1 } else { -1 }).sum::<i32>() != 0;
+    let mut found = edges.iter().filter(alone).map(|sides| {
+        let [a, b] = sides[0].edge.map(|v| mesh.vertices[v as usize]);
+        (a + b) / 2.0
+    });
+    let first = found.next();
+    (usize::from(first.is_some()) + found.count(), first.unwrap_or_default())
 }
 
 fn crossing(mesh: &TriMesh, ids: &[u32], within: f64) -> Option<SurfaceError> {

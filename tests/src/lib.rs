@@ -2,8 +2,10 @@
 
 pub mod bar;
 pub mod given;
+pub mod grains;
 pub mod scene;
 
+pub use fissure_engine::noise::noise;
 use fissure_engine::{BodyInput, Families, Surroundings, Value, World};
 use glam::DVec3;
 
@@ -17,13 +19,6 @@ pub fn meshes() -> Option<std::path::PathBuf> {
         println!("skipped: {MESHES} is not set");
     }
     folder
-}
-
-/// A number in [−1, 1) that depends on nothing but `k`.
-pub fn noise(k: u64) -> f64 {
-    let mut z = k.wrapping_add(0x9E37_79B9_7F4A_7C15).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
 /// Everybody within `horizon` of everybody: the naive oracle.

@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 
 /// Areas of crack faces with their normals, in the rest mesh.
 fn crack_faces(simulation: &Simulation) -> Vec<DVec3> {
-    let mesh = &simulation.meshes[0].mesh;
+    let mesh = &simulation.meshes[0].tets().expect("a body of bonds").mesh;
     let surface = mesh.surface();
     (0..surface.triangles.len())
         .filter(|&t| surface.triangle_inside(t) == 1)

@@ -114,10 +114,15 @@ fn drawn() -> impl Strategy<Value = Drawn> {
 /// Says how many bonds broke.
 fn same_bits(d: &Drawn) -> Result<u64, TestCaseError> {
     let scene = scene(d.law, d.fracture, if d.verlet { "velocity_verlet" } else { "symplectic_euler" });
-    let mut whole = Simulation::build(&scene, &registry(), &mut |_| ()).unwrap();
+    Ok(goes_on_alike(&scene, d)?.world.bond_counts().1)
+}
+
+/// Gives the simulation that was not interrupted.
+fn goes_on_alike(scene: &Scene, d: &Drawn) -> Result<Simulation, TestCaseError> {
+    let mut whole = Simulation::build(scene, &registry(), &mut |_| ()).unwrap();
     run(&mut whole, d.before + d.after, d.threads[0]);
 
-    let mut half = Simulation::build(&scene, &registry(), &mut |_| ()).unwrap();
+    let mut half = Simulation::build(scene, &registry(), &mut |_| ()).unwrap();
     run(&mut half, d.before, d.threads[1]);
     let dir = tempfile::tempdir().unwrap();
     let mut store = Store::create(dir.path()).unwrap();
@@ -125,7 +130,7 @@ fn same_bits(d: &Drawn) -> Result<u64, TestCaseError> {
     store.write_frozen(&mut half, &about).unwrap();
     store.write_live(&mut half, &about).unwrap();
     drop(half);
-    let mut resumed = Simulation::restore(&scene, &registry(), &store.latest_complete().unwrap()).unwrap();
+    let mut resumed = Simulation::restore(scene, &registry(), &store.latest_complete().unwrap()).unwrap();
     run(&mut resumed, d.after, d.threads[2]);
 
     let (want, got) = (bytes(&mut whole), bytes(&mut resumed));
@@ -133,7 +138,7 @@ fn same_bits(d: &Drawn) -> Result<u64, TestCaseError> {
     for (want, got) in want.iter().zip(&got) {
         prop_assert!(want == got, "{} differs", want.0);
     }
-    Ok(whole.world.bond_counts().1)
+    Ok(whole)
 }
 
 #[test]
@@ -155,6 +160,32 @@ fn each_law_restarts_while_it_breaks() {
         broke += u32::from(broken > 0);
     }
     assert!(broke >= 6, "{broke} of 8 laws broke"); // measured: all
+}
+
+/// Lattices by each method, while they tear at the ground and at each other.
+#[test]
+fn lattices_restart_while_they_tear() {
+    let mut torn = 0;
+    let others = ["steinemann", "lsm", "single", "clustered"].map(|method| format!("method = '{method}'"));
+    let flowing = "method = 'ohta', yield_strain = 0.05, passes = 2, volume_preserving = 'yes'";
+    for (k, told) in
+        std::iter::once("method = 'ohta'").chain([flowing]).chain(others.iter().map(String::as_str)).enumerate()
+    {
+        let text = SCENE
+            .replace("duration = 1.0", "duration = 1.0\ndt = 0.002")
+            .replace("tets = 400", "cells = 200")
+            .replace("tets = 200", "cells = 100\ncrack_faces = { kind = 'fitted' }")
+            .replace("LAW", &format!("law = 'lattice', stiffness = 0.3, {told}"))
+            .replace("FRACTURE", "critical_stretch = 0.2")
+            .replace("INTEGRATOR", "symplectic_euler");
+        let scene = Scene::parse(&text, Path::new("lattice.toml"), &[]).unwrap();
+        let d = Drawn { law: 0, fracture: 0, verlet: false, before: 25, after: 20, threads: [1, 2, 1 + k % 2] };
+        let mut whole = goes_on_alike(&scene, &d).unwrap_or_else(|e| panic!("{told}: {e}"));
+        let open = whole.frame(0).inside.iter().filter(|&&i| i == 1).count();
+        println!("{told}: {open} vertices on crack faces, {} fragments", whole.fragments().1);
+        torn += usize::from(open > 0);
+    }
+    assert!(torn >= 4, "{torn} of 6 tore"); // measured
 }
 
 /// Scenes, numbers of steps and of threads as they are drawn; always the same ones.

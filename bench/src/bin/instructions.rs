@@ -18,7 +18,7 @@ use fissure_engine::Registry;
 // what the law below calls its own crate's
 use fissure_materials::moduli;
 
-#[allow(dead_code)]
+#[allow(dead_code)] // a copy of a whole file, of which the law alone is used
 #[path = "../../../materials/src/isotropic.rs"]
 mod elsewhere;
 

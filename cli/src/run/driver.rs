@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use fissure_engine::StepError;
+use fissure_engine::{Energies, NodeCounts, StepError};
 use fissure_io::checkpoint::{About, Store};
 use fissure_io::compare::Comparison;
 use fissure_io::frames::Frame;
@@ -13,6 +13,7 @@ use fissure_io::simulation::Simulation;
 use serde_json::json;
 
 use super::saver::Saver;
+use super::words::in_words;
 use super::{INTERRUPTED, Outcome, until};
 use crate::args::RunArgs;
 use crate::compare::compare;
@@ -94,6 +95,7 @@ impl Driver {
     /// The state is that of a checkpoint, which had these notes.
     pub fn go_on_from(&mut self, notes: Vec<(String, String)>) {
         self.notes = notes;
+        self.notes.retain(|(key, _)| !key.starts_with(ENERGY));
         self.saved.0 = Some(self.simulation.world.step);
     }
 
@@ -179,18 +181,19 @@ impl Driver {
         let energies = world.energies();
         let (bonds, broken) = world.bond_counts();
         let pieces = frame.piece.iter().max().map_or(0, |p| p + 1);
-        let sentence = format!(
-            "frame {}: step {}, t = {:.6} s, kinetic {:.4e} J, elastic {:.4e} J, gravity {:.4e} J, {} of {} bonds broken, {}",
-            frame.number,
-            world.step,
-            world.time,
-            energies.kinetic,
-            energies.elastic,
-            energies.gravity,
-            broken / 2,
-            bonds / 2,
-            counted(pieces as usize, "fragment")
+        let mut sentence = format!(
+            "frame {}: step {}, t = {:.6} s, kinetic {:.4e} J, elastic {:.4e} J, gravity {:.4e} J, ",
+            frame.number, world.step, world.time, energies.kinetic, energies.elastic, energies.gravity,
         );
+        if bonds > 0 {
+            sentence += &format!("{} of {} bonds broken, ", broken / 2, bonds / 2);
+        }
+        sentence += &counted(pieces as usize, "fragment");
+        let nodes: Vec<(&str, NodeCounts)> =
+            world.bodies.iter().filter_map(|b| Some((b.name.as_str(), b.material.nodes()?))).collect();
+        for (name, nodes) in &nodes {
+            sentence += &format!(", body {name} {}", in_words(nodes));
+        }
         let sentence = if world.relaxes().is_some() && world.step > 0 {
             let relaxed = world.relaxed;
             let (n, residual) = (relaxed.iterations, relaxed.residual);
@@ -204,6 +207,7 @@ impl Driver {
             "event": "frame", "frame": frame.number, "step": world.step, "time": world.time,
             "kinetic": energies.kinetic, "elastic": energies.elastic, "gravity": energies.gravity,
             "bonds": bonds / 2, "broken": broken / 2, "fragments": pieces,
+            "nodes": nodes.iter().map(|(name, n)| (name.to_string(), n.levels.clone().into())).collect::<serde_json::Map<_, _>>(),
         });
         self.log.tell(&sentence, &event);
     }
@@ -212,7 +216,10 @@ impl Driver {
     fn checkpoint(&mut self) -> Result<(), Error> {
         let start = Instant::now();
         self.saved = (Some(self.simulation.world.step), start);
-        let about = about(&self.scene, &self.simulation, &self.notes);
+        let mut about = about(&self.scene, &self.simulation, &self.notes);
+        let Energies { kinetic, elastic, gravity } = self.simulation.world.energies();
+        let energies = [("kinetic", kinetic), ("elastic", elastic), ("gravity", gravity)];
+        about.notes.extend(energies.map(|(name, joule)| (format!("{ENERGY}{name}"), format!("{joule:.6e} J"))));
         let before = self.saver.save(&mut self.simulation, about);
         let compared = self.comparison.save(self.folder.dir()).map_err(Error::write(self.folder.dir()));
         self.spent.checkpoints += start.elapsed();
@@ -251,7 +258,10 @@ impl Driver {
     }
 }
 
-/// What a checkpoint says of itself.
+/// How the keys of notes begin that hold for one checkpoint only.
+const ENERGY: &str = "energy, ";
+
+/// What a file of a run says of itself.
 pub(super) fn about(scene: &Scene, simulation: &Simulation, notes: &[(String, String)]) -> About {
     About {
         step: simulation.world.step,

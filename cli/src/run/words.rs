@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use fissure_engine::{Collider, Kind, Motion, Parameter, Phase, Reaction, Registry};
+use fissure_engine::{Collider, Kind, Motion, NodeCounts, Parameter, Phase, Reaction, Registry};
 use fissure_io::scene::Chosen;
 use serde_json::json;
 
@@ -28,14 +28,16 @@ impl Driver {
                 Ok::<_, Error>(format!("{material}; fracture {}", chosen(criterion, limits)))
             };
             let material = described(&told.law, &told.criterion)?;
-            let sentence = format!(
-                "body {}: {} particles, {bonds} directed bonds ({:.1} each), spacing {:.3e} m, horizon {:.3e} m; {material}",
-                body.name,
-                body.range.len(),
-                bonds as f64 / body.range.len().max(1) as f64,
-                body.spacing,
-                body.horizon
-            );
+            let (name, particles, spacing) = (&body.name, body.range.len(), body.spacing);
+            let sentence = match body.material.nodes() {
+                Some(nodes) => format!("body {name}: cells of {spacing:.3e} m in {}; {material}", in_words(&nodes)),
+                None => format!(
+                    "body {name}: {particles} particles, {bonds} directed bonds ({:.1} each), spacing {spacing:.3e} m, horizon \
+                     {:.3e} m; {material}",
+                    bonds as f64 / particles.max(1) as f64,
+                    body.horizon
+                ),
+            };
             self.log.say(&sentence);
             for part in &told.parts {
                 let density = part.density;
@@ -112,18 +114,29 @@ impl Driver {
             "reactions": reactions.iter().map(told).collect::<Vec<_>>(),
             "spent": parts.iter().map(|p| (p.0.clone(), p.1.as_secs_f64().into())).collect::<serde_json::Map<_, _>>(),
         });
+        let (per_bond_too, of_bonds) = match bonds {
+            0 => Default::default(),
+            _ => (
+                format!(", {per_bond:.2} ns per directed bond"),
+                format!("{} of {} bonds broken, ", broken / 2, bonds / 2),
+            ),
+        };
         let mut lines = vec![
             how,
-            format!(
-                "{steps} steps in {seconds:.1} s, {:.3} ms a step, {per_bond:.2} ns per directed bond",
-                1e3 * seconds / n
-            ),
+            format!("{steps} steps in {seconds:.1} s, {:.3} ms a step{per_bond_too}", 1e3 * seconds / n),
             format!("time: {}", shares.join(", ")),
-            format!("{} of {} bonds broken, {}", broken / 2, bonds / 2, counted(pieces, "fragment")),
+            format!("{of_bonds}{}", counted(pieces, "fragment")),
         ];
         lines.extend(reactions.iter().map(sentence));
         self.log.close(&lines.join("\n"), &event);
     }
+}
+
+/// How far a lattice is resolved: `231 nodes (200 + 31, the finest first)`.
+pub(super) fn in_words(nodes: &NodeCounts) -> String {
+    let levels: Vec<String> = nodes.levels.iter().map(usize::to_string).collect();
+    let levels = if levels.len() > 1 { format!(" ({}, the finest first)", levels.join(" + ")) } else { String::new() };
+    format!("{}{levels}", counted(nodes.nodes(), "node"))
 }
 
 /// A collider in words.

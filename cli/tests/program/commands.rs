@@ -46,7 +46,7 @@ fn info_of_every_kind_of_file() {
         ("r", &["A box breaks", "3 frames", "checkpoint of step"]),
         ("r/scene.toml", &["A box breaks"]),
         ("r/frozen.fis", &["frozen", "bodies/box", "rest"]),
-        (&format!("r/{checkpoint}"), &["live", "position", "velocity", "damage"]),
+        (&format!("r/{checkpoint}"), &["live", "position", "velocity", "damage", "energy, kinetic: "]),
         ("r/frames/frame_0002.ply", &["frame 2", "t = 0.02", "damage", "triangles", "pieces"]),
         ("r/frames", &["3 frames", "frame_0002.ply"]),
         ("cube.obj", &["8 vertices, 12 triangles", "area 6.0", "volume 1.0", "closed"]),

@@ -11,13 +11,16 @@
 //! | `parameters` | bad values of laws and criteria: file, line, key, unit and range |
 //! | `refusing` | bad input: one sentence, exit code 2, nothing half-written |
 //! | `figures` | figures 9 to 13 of Chen et al. against references: table, plot, and going on with them |
+//! | `lattices` | bodies made of cells: run, resumed, compared, drawn |
 //! | `meshes` | meshes that other people made (`FISSURE_MESHES`) |
 
 mod colliders;
 mod commands;
 mod diffing;
+mod exporting;
 mod failing;
 mod figures;
+mod lattices;
 mod meshes;
 mod parameters;
 mod refusing;

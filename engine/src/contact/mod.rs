@@ -115,7 +115,7 @@ impl Scene<'_> {
 /// body without bonds falls to pieces.
 #[derive(Debug, Default)]
 struct Still {
-    /// Half the height of a regular tetrahedron of its volume [m]: where its face would touch.
+    /// [`radius`] [m].
     radius: Vec<f64>,
     /// Whether it is near a surface of the undamaged body.
     surface: Vec<bool>,
@@ -129,10 +129,15 @@ struct Still {
     versions: Vec<u64>,
 }
 
+/// Radius [m] of the ball that a particle of `volume` [m³] meets others as: half the edge of a cube as large.
+fn radius(volume: f64) -> f64 {
+    0.5 * volume.cbrt()
+}
+
 impl Still {
     fn of(scene: &Scene<'_>) -> Self {
         let p = scene.particles;
-        let radius: Vec<f64> = p.volume.par_iter().map(|v| 0.5 * v.cbrt()).collect();
+        let radius: Vec<f64> = p.volume.par_iter().map(|&v| radius(v)).collect();
         let (mut surface, mut modulus) = (vec![true; p.len()], vec![f32::INFINITY; p.len()]);
         let (mut piece, mut versions) = (vec![0; p.len()], Vec::with_capacity(scene.bodies.len()));
         for b in scene.bodies {
@@ -369,8 +374,6 @@ fn may_meet(bodies: &[Body]) -> bool {
 mod tests {
     /// A number in [0, 1) that depends on nothing but `k`.
     pub fn unit(k: u64) -> f64 {
-        let mut z = k.wrapping_add(0x9E37_79B9_7F4A_7C15).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        0.5 + 0.5 * crate::noise::noise(k)
     }
 }

@@ -31,7 +31,7 @@ pub fn deepest(world: &World) -> Option<Overlap> {
     let meets = |a: usize, b: usize| boxes[a].0.cmple(boxes[b].1).all() && boxes[b].0.cmple(boxes[a].1).all();
     let near = |b: &usize| (0..boxes.len()).any(|other| other != *b && meets(*b, other));
     let mut grid = Grid::default();
-    let radius = |i: usize| 0.5 * p.volume[i].cbrt();
+    let radius = |i: usize| super::radius(p.volume[i]);
     let of_body = |b: usize| world.bodies[b].range.clone().map(move |i| (b, i));
     let mut balls: Vec<(usize, usize)> = (0..boxes.len()).filter(near).flat_map(of_body).collect();
     grid.fit(balls.iter().map(|&(_, i)| radius(i)).sum::<f64>() / balls.len().max(1) as f64);

@@ -20,7 +20,8 @@
 //! Traps: `map` of an array of arrays is a call, and doubles everything. A write in the loop, also of a byte that is rarely
 //! written, makes the compiler read the law's constants again for every chunk: so a row only says that something may break.
 //! One division for 1/|y| and 1/(|y| + |ξ|) has a longer chain and more instructions than two. `mul_add` is faster and is not
-//! there on every processor.
+//! there on every processor. Gathering a whole row first and computing in a second loop, so that less waits in the processor's
+//! queues, came out between even and a tenth slower, though a model of the ports (llvm-mca) promises a fifth.
 //!
 //! Each row is summed by one thread in a fixed order and writes only itself, so the result has the same bits on any
 //! number of threads. A chunk whose bonds are all broken is skipped: as bonds break, steps get faster.
@@ -63,9 +64,34 @@ pub(super) struct Memory<'a, const M: usize> {
 impl<const M: usize> Memory<'_, M> {
     #[inline(always)]
     fn at<L: Kernel>(&self, slot: usize) -> ([L; M], [L; M]) {
-        let load = |columns: [&[f32]; M]| std::array::from_fn(|k| L::load(&columns[k][slot..slot + L::WIDTH]));
+        let load = |columns: [&[f32]; M]| {
+            std::array::from_fn(|k| {
+                let here = &columns[k][slot..slot + L::WIDTH];
+                fetch_ahead(here);
+                L::load(here)
+            })
+        };
         (load(self.own), load(self.twin))
     }
+}
+
+/// Slots ahead of the one at work that are asked of memory: a page of each column.
+const AHEAD: usize = 1024;
+
+/// Asks memory for what comes [`AHEAD`] slots behind `here`, which may lie beyond the column: a hint never faults. Left to
+/// itself the processor finds the columns too late, for the eight gathered records lie in its way: a step of 4.8·10⁷ bonds
+/// takes 1.36 times as long without. (128 slots ahead 1.05 times, 256 to 4096 within 3 %; huge pages, or asking for the
+/// gathered records, bring nothing.)
+#[inline(always)]
+fn fetch_ahead<T>(here: &[T]) {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: a prefetch reads nothing, wherever it points.
+    unsafe {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        _mm_prefetch::<_MM_HINT_T0>(here.as_ptr().wrapping_add(AHEAD).cast());
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = here;
 }
 
 /// Neighbours and weights of the bonds of one lane.
@@ -98,6 +124,8 @@ macro_rules! for_each_lane {
             if holding == 0 {
                 continue;
             }
+            fetch_ahead(neighbours);
+            fetch_ahead(weight);
             for part in 0..CHUNK / $record::Lane::WIDTH {
                 let first = part * $record::Lane::WIDTH;
                 let ($slot, $intact) = ((start + k) * CHUNK + first, holding >> first);

@@ -16,6 +16,7 @@ use super::parts::Laws;
 use super::spectrum;
 use crate::bonds::{Bonds, CHUNK};
 use crate::law::{Bond, BondLaw};
+use crate::noise::vector;
 use crate::particles::BodyParticles;
 
 /// Derivatives of a directed bond's law at rest.
@@ -42,7 +43,7 @@ pub(super) fn largest_step(
         return f64::INFINITY;
     }
     // what limits the step sits where the bound is largest; noise has a share of every mode
-    let start = (0..p.len()).map(|i| noise(i) * (share[i] / most).powi(4)).collect();
+    let start = (0..p.len()).map(|i| vector(i as u64) * (share[i] / most).powi(4)).collect();
     // M^-½ K M^-½ is symmetric and has the eigenvalues of M⁻¹K
     let mut u = vec![DVec3::ZERO; p.len()];
     let bound = spectrum::upper_bound(start, |q, out| {
@@ -79,16 +80,6 @@ pub(super) fn lag<T: BondLaw<M>, const M: usize>(
     let rows = laws.examples(p.len(), |i| bonds.built(i).next().is_some());
     let slots = rows.flat_map(|i| bonds.built(i).map(move |slot| (i, slot)));
     slots.map(|(i, slot)| stiffer(i, slot)).filter(|s| s.is_finite()).fold(1.0, f64::max)
-}
-
-/// A vector in [−1, 1)³ that depends on `i` alone (splitmix).
-fn noise(i: usize) -> DVec3 {
-    DVec3::from_array(std::array::from_fn(|axis| {
-        let k = (3 * i + axis) as u64;
-        let mut z = k.wrapping_add(0x9E37_79B9_7F4A_7C15).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }))
 }
 
 /// λmax(K_i) [N/m] of every particle of the unbroken body: what its own displacement is resisted by, at most twice that

@@ -147,6 +147,16 @@ impl Opened {
         Ok(())
     }
 
+    /// The largest number of a `u32` column; 0 of an empty one. Reads the file, not the map.
+    pub(crate) fn largest(&self, scope: &str, name: &str) -> Result<u32, CheckpointError> {
+        let section = &self.sections[self.find(scope, name)?];
+        let (mut chunk, mut most) = (Vec::new(), 0);
+        self.stream(section, &mut chunk, &mut |bytes| {
+            most = bytemuck::cast_slice::<u8, u32>(bytes).iter().fold(most, |m, &x| m.max(x));
+        })?;
+        Ok(most)
+    }
+
     /// Reads a section's bytes from its byte `done` on, as many as `piece` has room for.
     pub(crate) fn piece(&self, section: &Section, done: usize, piece: &mut [u8]) -> Result<(), CheckpointError> {
         self.read_at(section.offset + done, piece).map_err(CheckpointError::io("read", &self.path))

@@ -9,7 +9,13 @@ use super::format::About;
 use super::write::{TEMPORARY, Written, stage};
 use super::{CheckpointError, Columns, Opened, write};
 
-const FROZEN: &str = "frozen.fis";
+/// Name of the file of a run that holds the frozen columns.
+pub const FROZEN: &str = "frozen.fis";
+
+/// Name of the checkpoint of step `step`.
+pub fn checkpoint_name(step: u64) -> String {
+    format!("checkpoint_{step:08}.fis")
+}
 
 /// A run folder with `frozen.fis` and `checkpoint_<step>.fis` in it.
 #[derive(Debug)]
@@ -81,7 +87,7 @@ impl Store {
     /// If the frozen columns were not written yet or the system refuses. The checkpoints that were there stay.
     pub fn write_live(&mut self, columns: &mut dyn Columns, about: &About) -> Result<Written, CheckpointError> {
         let frozen = self.frozen.ok_or_else(|| CheckpointError::NoFrozen { dir: self.dir.clone() })?;
-        let path = self.dir.join(format!("checkpoint_{:08}.fis", about.step));
+        let path = self.dir.join(checkpoint_name(about.step));
         let staged = stage(&path, Life::Live, frozen, about, columns)?;
         // Later ones go before the new name appears: killed in between, the run resumes where it did before.
         for (_, later) in self.checkpoints()?.iter().filter(|(step, _)| *step > about.step) {

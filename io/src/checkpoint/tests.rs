@@ -12,7 +12,7 @@ use fissure_engine::buffer::{AnyBuffer, Buffer};
 use fissure_engine::column::{Column, Life, Of, Visitor};
 use glam::{DVec3, Vec3};
 
-use super::{About, Columns, Opened, write};
+use super::{About, Columns, FROZEN, Opened, write};
 
 /// Columns of every type, width and owner, one of them empty and one without a scope.
 #[derive(Default)]
@@ -106,7 +106,7 @@ pub fn about(step: u64) -> About {
 
 /// Writes `thing` as a frozen and a live file.
 pub fn pair(dir: &Path, thing: &mut dyn Columns) -> (PathBuf, PathBuf) {
-    let frozen = write(dir.join("frozen.fis"), Life::Frozen, 0, &about(0), thing).unwrap();
+    let frozen = write(dir.join(FROZEN), Life::Frozen, 0, &about(0), thing).unwrap();
     let live = write(dir.join("live.fis"), Life::Live, frozen.fingerprint, &about(7), thing).unwrap();
     (frozen.path, live.path)
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use super::{DiffError, FileDiff, KeyDiff, Options, Side, checkpoints, scenes};
-use crate::checkpoint::Store;
+use crate::checkpoint::{FROZEN, Store};
 use crate::frames::FrameFolder;
 
 /// Two runs compared.
@@ -69,7 +69,7 @@ pub fn runs(a: &Path, b: &Path, options: &Options) -> Result<RunDiff, DiffError>
         fs::read_to_string(&path).map_err(|source| DiffError::Read { path, source })
     };
     let scene = scenes([&text(a)?, &text(b)?], [a, b])?;
-    let open = |dir: &Path| -> Result<_, DiffError> { Ok((Side::open(dir.join("frozen.fis"))?, Store::listing(dir)?)) };
+    let open = |dir: &Path| -> Result<_, DiffError> { Ok((Side::open(dir.join(FROZEN))?, Store::listing(dir)?)) };
     let ((frozen_a, steps_a), (frozen_b, steps_b)) = (open(a)?, open(b)?);
     let frozen = match checkpoints(&frozen_a, &frozen_b, options) {
         // the column that is asked for is a live one

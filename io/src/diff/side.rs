@@ -8,7 +8,7 @@ use fissure_engine::column::{Life, Of};
 use glam::DVec3;
 
 use super::{DiffError, Place};
-use crate::checkpoint::{CheckpointError, Opened, Section};
+use crate::checkpoint::{CheckpointError, FROZEN, Opened, Section};
 
 /// Bonds of a chunk.
 pub(super) const CHUNK: usize = 8;
@@ -29,7 +29,7 @@ impl Side {
     /// A file that is no checkpoint, or a damaged one.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, DiffError> {
         let file = Opened::open(&path)?;
-        let beside = path.as_ref().with_file_name("frozen.fis");
+        let beside = path.as_ref().with_file_name(FROZEN);
         let frozen = match file.life() {
             Life::Live if beside.is_file() => Some(Opened::open(beside)?).filter(|f| f.fingerprint() == file.frozen()),
             _ => None,

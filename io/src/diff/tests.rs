@@ -5,7 +5,7 @@ use fissure_engine::column::{Column, Life, Of, Visitor};
 use glam::DVec3;
 
 use super::*;
-use crate::checkpoint::{About, Columns, write};
+use crate::checkpoint::{About, Columns, FROZEN, checkpoint_name, write};
 
 /// A chain of particles, each bonded to the next, in a given order; and its surface.
 #[derive(Clone)]
@@ -48,8 +48,8 @@ impl Chain {
     fn save(&self, dir: &Path, step: u64) -> PathBuf {
         std::fs::create_dir_all(dir).unwrap();
         let about = About { step, scene: String::new(), ..About::default() };
-        let frozen = write(dir.join("frozen.fis"), Life::Frozen, 0, &About::default(), &mut self.clone()).unwrap();
-        let path = dir.join(format!("checkpoint_{step:08}.fis"));
+        let frozen = write(dir.join(FROZEN), Life::Frozen, 0, &About::default(), &mut self.clone()).unwrap();
+        let path = dir.join(checkpoint_name(step));
         write(&path, Life::Live, frozen.fingerprint, &about, &mut self.clone()).unwrap();
         path
     }
@@ -165,7 +165,7 @@ fn columns_that_one_has_not_or_that_are_longer_are_named() {
 
     let dir = tempfile::tempdir().unwrap();
     let live = Side::open(short.save(dir.path(), 1)).unwrap();
-    let frozen = Side::open(dir.path().join("frozen.fis")).unwrap();
+    let frozen = Side::open(dir.path().join(FROZEN)).unwrap();
     let error = checkpoints(&live, &frozen, &Options::default()).unwrap_err().to_string();
     assert!(error.contains("holds frozen columns where live ones are needed"), "{error}");
     let options = Options { columns: "temperature".into(), ..Options::default() };

@@ -5,10 +5,12 @@
 
 use fissure_engine::params::Value;
 use fissure_engine::{Integrator, Interface, Relax};
+use fissure_meshing::lattice::{CrackFaces, Noise};
 use glam::DVec3;
 use xxhash_rust::xxh3::Xxh3;
 
 use super::Scene;
+use super::cells::{Fineness, Lattice};
 use super::model::*;
 use super::parts::{Part, Where};
 
@@ -194,11 +196,41 @@ impl Digest {
         self.numbers(&[*friction, *restitution]);
     }
 
+    fn lattice(&mut self, lattice: &Lattice) {
+        // scenes before had none
+        if *lattice == Lattice::default() {
+            return;
+        }
+        let Lattice { fineness, faces, memory } = *lattice;
+        self.text("lattice");
+        match fineness {
+            Fineness::Cells(cells) => {
+                self.tag(0);
+                self.whole(cells);
+            }
+            Fineness::Size(size) => {
+                self.tag(1);
+                self.number(size);
+            }
+        }
+        match faces {
+            CrackFaces::Raw => self.tag(0),
+            CrackFaces::Fitted => self.tag(1),
+            CrackFaces::Noisy(Noise { amplitude, scale, seed }) => {
+                self.tag(2);
+                self.numbers(&[amplitude, scale]);
+                self.whole(seed);
+            }
+        }
+        self.whole(memory);
+    }
+
     fn body(&mut self, body: &Body) {
         let Body {
             name,
             source,
             resolution,
+            lattice,
             shell,
             placement,
             density,
@@ -233,6 +265,7 @@ impl Digest {
                 self.whole(tets);
             }
         }
+        self.lattice(lattice);
         self.optional(*shell);
         let Placement { scale, axis, degrees, translate } = placement;
         self.numbers(&[*scale, *degrees]);

@@ -17,6 +17,7 @@
 //!   └── output: Output ── frame_every, checkpoint_every, keep, picture
 //! ```
 
+mod cells;
 mod colliders;
 mod error;
 mod fingerprint;
@@ -35,9 +36,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fissure_engine::params::{ParamError, Params, hint};
+use fissure_engine::registry::Wants;
 use fissure_engine::{Integrator, Registry};
 use glam::DVec3;
 
+pub use cells::{Fineness, Lattice};
 pub use error::{Place, SceneError};
 pub use keys::{COLLIDERS, FREE, Fallback, Key, KeyKind, REFERENCES, RIVALS, SHAPES, keys};
 pub use model::{
@@ -210,9 +213,21 @@ impl Scene {
         for body in &self.bodies {
             let name = &body.name;
             check(registry, &body.law, &body.criterion).map_err(|(table, e)| self.blame_in(name, table, &e))?;
+            let wants = registry.entry(&body.law.name).map_err(|e| self.blame(name, &e))?.wants;
+            self.check_fit(body, wants)?;
             for (k, part) in body.parts.iter().enumerate() {
                 let blame = |(table, e)| self.blame_part_in(name, (k, &part.name), table, &e);
                 check(registry, &part.law, &part.criterion).map_err(blame)?;
+                if registry.entry(&part.law.name).is_ok_and(|entry| entry.wants == Wants::Cells) {
+                    let message =
+                        format!("`{}` is a law of whole bodies, not of regions; make a body of its own", part.law.name);
+                    return Err(self.blame_part_in(
+                        name,
+                        (k, &part.name),
+                        "material",
+                        &ParamError::new("law", message),
+                    ));
+                }
             }
         }
         Ok(())

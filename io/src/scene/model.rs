@@ -6,6 +6,7 @@ use fissure_engine::Interface;
 use fissure_engine::params::Value;
 use glam::{DQuat, DVec3};
 
+use super::cells::Lattice;
 use super::error::Place;
 use super::parts::Part;
 
@@ -18,6 +19,8 @@ pub struct Body {
     pub source: Source,
     /// How finely a surface is filled with tetrahedra; says nothing where the source has tetrahedra already.
     pub resolution: Resolution,
+    /// The same of a lattice, and what its cracks look like.
+    pub lattice: Lattice,
     /// Thickness [m] of the wall that the surface becomes; none for a solid.
     pub shell: Option<f64>,
     /// How the geometry is put into the world.

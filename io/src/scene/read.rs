@@ -13,7 +13,7 @@ use super::model::*;
 use super::parts;
 use super::reader::{Reader, Unless};
 use super::tree::{self, Item, Node};
-use super::{Scene, colliders};
+use super::{Scene, cells, colliders};
 
 pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Path) -> Result<Scene, SceneError> {
     let top = Reader::top(&tree)?;
@@ -100,6 +100,7 @@ fn body(name: &str, item: &Item, folder: &Path) -> Result<Body, SceneError> {
         name: name.into(),
         source,
         resolution,
+        lattice: cells::lattice(&r)?,
         shell: r.get_if("shell")?,
         placement: Placement { scale: r.get("scale")?, axis, degrees, translate: r.get("translate")? },
         density,

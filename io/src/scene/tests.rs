@@ -355,7 +355,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
     // all tables in it, so that each key has a place
     let base = "integrator = 'relax'\n".to_owned()
         + MINIMAL
-        + "[body.vase.fracture]\ncriterion = 'none'\n[[body.vase.cut]]\ntriangle = [[0,0,0],[1,0,0],[0,1,0]]\n\
+        + "[body.vase.fracture]\ncriterion = 'none'\n[body.vase.crack_faces]\n[[body.vase.cut]]\ntriangle = [[0,0,0],[1,0,0],[0,1,0]]\n\
            [[body.vase.region]]\nname = 'lip'\nbox = [[0,0,0],[1,1,1]]\nmaterial = { law = 'isotropic' }\n\
            fracture = { criterion = 'none' }\n[[body.vase.interface.pair]]\nof = 'lip'\nand = 'vase'\nstrength = 1\n\
            [body.other]\nmesh = 'o.ply'\ndensity = 1\nmaterial = { law = 'isotropic' }\n\
@@ -375,7 +375,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
         assert_ne!(scene.fingerprint(), before, "{} has no effect", key.path);
         count += 1;
     }
-    assert_eq!(count, 121, "keys that take a value");
+    assert_eq!(count, 128, "keys that take a value");
 }
 
 #[test]

@@ -3,16 +3,18 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use fissure_engine::registry::Wants;
 use fissure_engine::{Anchor, BodyInput, Registry, Surroundings, World};
 use fissure_meshing::crack::CrackMesh;
 use fissure_meshing::family::{Clip, FamilyError, families};
 use fissure_meshing::order::morton_order;
-use fissure_meshing::skin::{Follow, Skin};
+use fissure_meshing::skin::Follow;
 use fissure_meshing::{TetMesh, TriMesh};
 use glam::DVec3;
 
 use super::colliders::{check_start, colliders};
-use super::{Embedded, Fault, Simulation, SimulationError, regions, solid};
+use super::solid::cells;
+use super::{Cells, Embedded, Fault, Simulation, SimulationError, Tets, regions, solid};
 use crate::scene::{self, Body, Horizon, Scene, SceneError, Source, SurfaceMode};
 
 /// What there is to say about the making of a body.
@@ -22,10 +24,10 @@ pub struct Making {
     pub body: String,
     /// Repairs, warnings and quality, one sentence each.
     pub notes: Vec<String>,
-    /// Time for the tetrahedra.
+    /// Time for the tetrahedra or cells.
     pub meshing: Duration,
-    /// Time for the families.
-    pub families: Duration,
+    /// Time for the families, of a body of bonds.
+    pub families: Option<Duration>,
 }
 
 impl Simulation {
@@ -37,7 +39,10 @@ impl Simulation {
         scene.check(registry)?;
         let mut simulation = Self { world: World::default(), meshes: Vec::new() };
         for body in &scene.bodies {
-            let making = simulation.add(scene, body, registry)?;
+            let making = match wants(scene, registry, body)? {
+                Wants::Bonds => simulation.add(scene, body, registry)?,
+                Wants::Cells => simulation.add_lattice(scene, body, registry)?,
+            };
             tell(&making);
         }
         simulation.set_up(scene)?;
@@ -93,11 +98,35 @@ impl Simulation {
         let mut crack = CrackMesh::new(&mesh.tets).map_err(|e| fail(Fault::of("mesh")(e)))?;
         crack.cut(&pre_cut);
         let world = self.world.bodies.last().expect("just added");
-        let p = self.world.particles.of(&world.range);
-        let rest = rest_positions(world.origin, p.rest);
-        let skin = Skin::new(follow(body), &crack, &rest, p.mass);
-        self.meshes.push(Embedded { mesh: crack, skin, rest, links: Vec::new() });
-        Ok(Making { body: body.name.clone(), notes: made.notes, meshing, families: took })
+        self.meshes.push(Embedded::Tets(Tets::new(crack, follow(body), world, &self.world.particles)));
+        Ok(Making { body: body.name.clone(), notes: made.notes, meshing, families: Some(took) })
+    }
+
+    fn add_lattice(&mut self, scene: &Scene, body: &Body, registry: &Registry) -> Result<Making, SimulationError> {
+        let fail = |fault: Fault| blame(scene, body, fault);
+        let start = Instant::now();
+        let mut made = cells(body).map_err(fail)?;
+        let meshing = start.elapsed();
+        let size = made.cells.size;
+        let at = Surroundings { horizon: size, spacing: size };
+        let material = regions::material(scene, body, registry, Vec::new(), &at)?;
+        let ids: Vec<u32> = (0..made.points.len() as u32).collect();
+        let input = BodyInput {
+            name: &body.name,
+            points: &made.points,
+            volumes: &made.volumes,
+            ids: &ids,
+            density: body.density,
+            spacing: size,
+            horizon: size,
+            velocity: body.velocity,
+            spin: body.spin,
+            neighbourhood: std::mem::take(&mut made.cells).into(),
+        };
+        self.world.add(input, material).map_err(|e| fail(Fault::of("mesh")(e)))?;
+        let notes = std::mem::take(&mut made.notes);
+        self.meshes.push(Embedded::Cells(Cells::new(made)));
+        Ok(Making { body: body.name.clone(), notes, meshing, families: None })
     }
 
     /// What is not in the columns: integrator, gravity, colliders, contact; and what anchors hold at the start.
@@ -194,8 +223,9 @@ fn cut_surface(body: &Body) -> TriMesh {
     surface
 }
 
-pub(super) fn rest_positions(origin: DVec3, rest: &[glam::Vec3]) -> Vec<DVec3> {
-    rest.iter().map(|x| origin + x.as_dvec3()).collect()
+/// What the law of `body` is built from.
+pub(super) fn wants(scene: &Scene, registry: &Registry, body: &Body) -> Result<Wants, SceneError> {
+    registry.entry(&body.law.name).map(|entry| entry.wants).map_err(|e| scene.blame(&body.name, &e))
 }
 
 pub(super) fn follow(body: &Body) -> Follow {

@@ -16,31 +16,23 @@ impl Simulation {
         let mut frame = Frame { time: self.world.time, number, ..Frame::default() };
         let mut pieces = 0;
         (0..self.meshes.len()).for_each(|k| self.follow(k));
-        for (body, embedded) in self.world.bodies.iter().zip(&self.meshes) {
-            let damage = &self.world.particles.damage[body.range.clone()];
-            let mesh = &embedded.mesh;
-            let surface = mesh.surface();
-            let (fragment, count) = mesh.fragments();
-            let (places, speeds) = (embedded.skin.positions(), embedded.skin.velocities());
-            let first = frame.positions.len() as u32;
-            for (k, &v) in surface.vertices.iter().enumerate() {
-                let around = mesh.tets_around(v);
-                let (mut sum, mut n, mut piece) = (0.0, 0, 0);
-                for t in around {
-                    sum += damage[t as usize];
-                    n += 1;
-                    piece = fragment[t as usize];
+        for (body, embedded) in self.world.bodies.iter_mut().zip(&self.meshes) {
+            embedded.moved(body, &self.world.particles, |moved| {
+                let first = frame.positions.len() as u32;
+                for (&v, &inside) in moved.surface.vertices.iter().zip(&moved.surface.inside) {
+                    let v = v as usize;
+                    frame.positions.push(moved.positions[v].as_vec3().into());
+                    frame.velocity.push(moved.velocities[v].as_vec3().into());
+                    frame.damage.push(moved.damage[v]);
+                    frame.id.push(moved.origin[v]);
+                    frame.inside.push(inside);
+                    frame.piece.push(pieces + moved.piece[v]);
                 }
-                frame.positions.push(places[v as usize].as_vec3().into());
-                frame.velocity.push(speeds[v as usize].as_vec3().into());
-                frame.damage.push(sum / n.max(1) as f32);
-                frame.id.push(mesh.origin()[v as usize]);
-                frame.inside.push(surface.inside[k]);
-                frame.piece.push(pieces + piece);
-            }
-            frame.normals.extend(surface.normals(places).iter().map(|n| <[f32; 3]>::from(n.as_vec3())));
-            frame.triangles.extend(surface.triangles.iter().map(|t| t.map(|v| first + v)));
-            pieces += count as u32;
+                let normals = moved.surface.normals(moved.positions);
+                frame.normals.extend(normals.iter().map(|n| <[f32; 3]>::from(n.as_vec3())));
+                frame.triangles.extend(moved.surface.triangles.iter().map(|t| t.map(|v| first + v)));
+                pieces += moved.fragments as u32;
+            });
         }
         frame
     }

@@ -1,13 +1,12 @@
 //! From the files of a run back to a simulation.
 
+use fissure_engine::registry::Wants;
 use fissure_engine::{Body, Collider, Registry, Surroundings, World};
-use fissure_meshing::crack::CrackMesh;
-use fissure_meshing::skin::Skin;
 use glam::DVec3;
 
-use super::build::{follow, rest_positions, set_contact};
+use super::build::{follow, set_contact, wants};
 use super::colliders::colliders;
-use super::{Embedded, Simulation, SimulationError};
+use super::{Cells, Embedded, Simulation, SimulationError, Tets};
 use crate::checkpoint::Latest;
 use crate::scene::Scene;
 
@@ -39,8 +38,10 @@ impl Simulation {
                 material,
                 cuts: Vec::new(),
             });
-            let skin = Skin::new(follow(body), &CrackMesh::default(), &[], &[]);
-            simulation.meshes.push(Embedded { mesh: CrackMesh::default(), skin, rest: Vec::new(), links: Vec::new() });
+            simulation.meshes.push(match wants(scene, registry, body)? {
+                Wants::Bonds => Embedded::Tets(Tets::empty(follow(body))),
+                Wants::Cells => Embedded::Cells(Cells::default()),
+            });
         }
         simulation.world.anchors = scene.anchors.iter().map(super::build::anchor).collect();
         simulation.world.integrator = scene.integrator;
@@ -52,7 +53,7 @@ impl Simulation {
         simulation.world.colliders.iter_mut().for_each(Collider::prepare);
         let Simulation { world, meshes } = &mut simulation;
         for (body, embedded) in world.bodies.iter_mut().zip(meshes) {
-            embedded.rest = rest_positions(body.origin, world.particles.of(&body.range).rest);
+            embedded.restored(body, &world.particles);
             body.cuts.reserve(body.material.bonds().map_or(0, |b| b.directed() as usize / 2));
         }
         Ok(simulation)
@@ -76,11 +77,15 @@ impl Simulation {
                 return Err(bad(format!("body `{}` has an impossible range of particles", body.name)));
             }
             next = body.range.end;
-            if !body.material.consistent(body.range.len()) {
+            // asked of the file and not of the map, whose pages nobody needs yet
+            let neighbours = || latest.frozen.largest(&format!("bodies/{}/bonds", body.name), "neighbours");
+            let known = body.material.bonds().is_none_or(|b| b.neighbours.is_empty());
+            let known = known || neighbours()? < body.range.len() as u32;
+            if !known || !body.material.consistent(body.range.len()) {
                 return Err(bad(format!("the bonds of body `{}` contradict each other", body.name)));
             }
-            if embedded.mesh.tets().len() != body.range.len() || !embedded.mesh.consistent() {
-                return Err(bad(format!("the mesh of body `{}` contradicts itself", body.name)));
+            if !embedded.consistent(body) {
+                return Err(bad(format!("the surface of body `{}` contradicts itself", body.name)));
             }
         }
         for collider in &self.world.colliders {

@@ -1,14 +1,15 @@
 //! From what a scene says of a body's geometry to its tetrahedra.
 
+use fissure_meshing::lattice::{self, Lattice, LatticeError, size_for};
 use fissure_meshing::quality::Report;
-use fissure_meshing::surface::{PrepareOptions, prepare};
-use fissure_meshing::tetrahedralise::{MeshError, Options, shell_size_for, size_for, tetrahedralise};
+use fissure_meshing::surface::{PrepareOptions, SurfaceError, prepare};
+use fissure_meshing::tetrahedralise::{self, MeshError, Options, shell_size_for, tetrahedralise};
 use fissure_meshing::{TetMesh, TriMesh, shapes};
 use glam::DVec3;
 use thiserror::Error;
 
 use crate::mesh::{Mesh, read};
-use crate::scene::{Body, Resolution, Shape, Source};
+use crate::scene::{Body, Fineness, Resolution, Shape, Source};
 
 /// Tetrahedra with what there is to say about how they came to be.
 pub struct Solid {
@@ -70,6 +71,46 @@ pub fn solid(body: &Body, seed: u64) -> Result<Solid, Fault> {
     Ok(made)
 }
 
+/// The cells of a body that is a lattice, with what there is to say about how they came to be.
+///
+/// # Errors
+/// What is wrong with the geometry and what helps.
+pub(super) fn cells(body: &Body) -> Result<Lattice, Fault> {
+    let surface = match &body.source {
+        Source::Mesh { path, .. } => match read(path).map_err(Fault::of("mesh"))? {
+            Mesh::Surface(surface) => surface,
+            Mesh::Solid(_) => {
+                return Err(Fault::of("mesh")(
+                    "it has tetrahedra, but a lattice fills surfaces; give a closed surface",
+                ));
+            }
+        },
+        Source::Shape(shape) => generate(shape).map_err(Fault::of("shape"))?,
+    };
+    let vertices = surface.vertices.iter().map(|&v| body.placement.place(v)).collect();
+    let placed = TriMesh { vertices, ..surface };
+    let (surface, mut notes) = prepare(placed, PrepareOptions::default()).map_err(|error| match error {
+        // a lattice has no walls
+        SurfaceError::Open { edges, at, .. } => Fault::of("mesh")(LatticeError::Open { edges, at }),
+        error => Fault::of("mesh")(error),
+    })?;
+    let (size, key) = match body.lattice.fineness {
+        Fineness::Size(size) => (size, "cell"),
+        Fineness::Cells(cells) => (size_for(&surface, cells), "cells"),
+    };
+    let options = lattice::Options { size, faces: body.lattice.faces, memory: body.lattice.memory };
+    let mut made = lattice::lattice(&surface, &options).map_err(|error| {
+        let key = match error {
+            LatticeError::Folded { .. } => "crack_faces",
+            LatticeError::Coarse { .. } | LatticeError::Memory { .. } | LatticeError::Number { .. } => key,
+            _ => "mesh",
+        };
+        Fault::of(key)(error)
+    })?;
+    notes.append(&mut made.notes);
+    Ok(Lattice { notes, ..made })
+}
+
 /// Fills a surface, after repairing what can be repaired.
 ///
 /// # Errors
@@ -79,7 +120,7 @@ pub fn fill(surface: TriMesh, resolution: Resolution, shell: Option<f64>, seed: 
     let (surface, mut notes) = prepare(surface, options).map_err(Fault::of("mesh"))?;
     let size = match (resolution, shell) {
         (Resolution::Size(size), _) => size,
-        (Resolution::Tets(tets), None) => size_for(&surface, tets as usize),
+        (Resolution::Tets(tets), None) => tetrahedralise::size_for(&surface, tets as usize),
         // at least two elements go through a wall, though it take more tetrahedra than asked for
         (Resolution::Tets(tets), Some(thickness)) => {
             shell_size_for(&surface, thickness, tets as usize).min(thickness / 2.0)

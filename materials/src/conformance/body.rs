@@ -1,5 +1,6 @@
 //! The body that laws are checked on: a jittered block, what is done to it, and what it answers.
 
+pub(super) use fissure_engine::noise::noise;
 use fissure_engine::world::BodyInput;
 use fissure_engine::{Families, Registry, Surroundings, Value, World};
 use glam::{DMat3, DVec3};
@@ -103,13 +104,6 @@ impl<'a> Subject<'a> {
 /// The parameters as in a scene.
 pub(super) fn shown(given: &Given) -> String {
     given.iter().map(|(k, v)| format!("{k} = {v}")).collect::<Vec<_>>().join(", ")
-}
-
-/// A number in [−1, 1) that depends on nothing but `k` (splitmix).
-pub(super) fn noise(k: u64) -> f64 {
-    let mut z = k.wrapping_add(0x9E37_79B9_7F4A_7C15).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
 /// A vector of noise for particle `i`; another one for every `seed`.

@@ -75,54 +75,66 @@ impl CrackMesh {
                 (b - a).cross(c - a).normalize_or_zero()
             })
             .collect();
-        let mut corners: Vec<Corner> = (0..3 * triangles.len())
-            .into_par_iter()
-            .map(|c| {
-                let (t, k) = (c / 3, c % 3);
-                Corner { vertex: triangles[t][k], inside: inner[t], triangle: t as u32, local: k as u8 }
-            })
-            .collect();
-        corners.par_sort_unstable();
+        shaded(triangles, tets, &inner, &normals, smoothing)
+    }
+}
 
-        let mut out = Surface { triangles: triangles.clone(), tets, ..Surface::default() };
-        let mut group: Vec<u32> = Vec::new();
-        for fan in corners.chunk_by(|a, b| (a.vertex, a.inside) == (b.vertex, b.inside)) {
-            let angle = if fan[0].inside == 1 { smoothing.inside } else { smoothing.outside };
-            let smooth = |a: &Corner, b: &Corner| {
-                let (s, t) = (triangles[a.triangle as usize], triangles[b.triangle as usize]);
-                let edge = s.iter().any(|v| *v != a.vertex && t.contains(v));
-                edge && normals[a.triangle as usize].dot(normals[b.triangle as usize]) >= angle.cos()
-            };
-            group.clear();
-            if angle >= std::f64::consts::PI {
-                group.resize(fan.len(), 0);
-            } else {
-                group.extend(0..fan.len() as u32);
-                for b in 1..fan.len() {
-                    for a in 0..b {
-                        let (from, to) = (group[a].max(group[b]), group[a].min(group[b]));
-                        if from != to && smooth(&fan[a], &fan[b]) {
-                            group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
-                        }
+/// Triangles over mesh vertices as a [`Surface`]: those that meet in a vertex, are both `inner` or both not, and whose
+/// `normals` at rest differ by no more than `smoothing` allows, share a surface vertex there. `tets` are behind them.
+pub(crate) fn shaded(
+    triangles: Vec<[u32; 3]>,
+    tets: Vec<u32>,
+    inner: &[u8],
+    normals: &[DVec3],
+    smoothing: Smoothing,
+) -> Surface {
+    let mut corners: Vec<Corner> = (0..3 * triangles.len())
+        .into_par_iter()
+        .map(|c| {
+            let (t, k) = (c / 3, c % 3);
+            Corner { vertex: triangles[t][k], inside: inner[t], triangle: t as u32, local: k as u8 }
+        })
+        .collect();
+    corners.par_sort_unstable();
+
+    let mut out = Surface { triangles: triangles.clone(), tets, ..Surface::default() };
+    let mut group: Vec<u32> = Vec::new();
+    for fan in corners.chunk_by(|a, b| (a.vertex, a.inside) == (b.vertex, b.inside)) {
+        let angle = if fan[0].inside == 1 { smoothing.inside } else { smoothing.outside };
+        let smooth = |a: &Corner, b: &Corner| {
+            let (s, t) = (triangles[a.triangle as usize], triangles[b.triangle as usize]);
+            let edge = s.iter().any(|v| *v != a.vertex && t.contains(v));
+            edge && normals[a.triangle as usize].dot(normals[b.triangle as usize]) >= angle.cos()
+        };
+        group.clear();
+        if angle >= std::f64::consts::PI {
+            group.resize(fan.len(), 0);
+        } else {
+            group.extend(0..fan.len() as u32);
+            for b in 1..fan.len() {
+                for a in 0..b {
+                    let (from, to) = (group[a].max(group[b]), group[a].min(group[b]));
+                    if from != to && smooth(&fan[a], &fan[b]) {
+                        group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
                     }
-                }
-            }
-            for leader in 0..fan.len() as u32 {
-                let number = out.vertices.len() as u32;
-                for (corner, _) in fan.iter().zip(&group).filter(|(_, g)| **g == leader) {
-                    out.triangles[corner.triangle as usize][corner.local as usize] = number;
-                    if out.vertices.len() as u32 == number {
-                        out.vertices.push(corner.vertex);
-                        out.inside.push(corner.inside);
-                    }
-                }
-                if angle >= std::f64::consts::PI {
-                    break;
                 }
             }
         }
-        out
+        for leader in 0..fan.len() as u32 {
+            let number = out.vertices.len() as u32;
+            for (corner, _) in fan.iter().zip(&group).filter(|(_, g)| **g == leader) {
+                out.triangles[corner.triangle as usize][corner.local as usize] = number;
+                if out.vertices.len() as u32 == number {
+                    out.vertices.push(corner.vertex);
+                    out.inside.push(corner.inside);
+                }
+            }
+            if angle >= std::f64::consts::PI {
+                break;
+            }
+        }
     }
+    out
 }
 
 impl Surface {

@@ -25,7 +25,7 @@ const FILLED: f64 = 0.05;
 
 /// Weighted means and second central moments of a set of particles.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Moments {
+pub(crate) struct Moments {
     weight: f64,
     rest: DVec3,
     position: DVec3,
@@ -44,13 +44,42 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
 
 impl Moments {
     /// One particle: no spread.
-    pub(super) fn one(weight: f64, rest: DVec3, position: DVec3, velocity: DVec3) -> Self {
+    pub(crate) fn one(weight: f64, rest: DVec3, position: DVec3, velocity: DVec3) -> Self {
         let zero = DMat3::ZERO; // the default matrix is the unit matrix
         Self { weight, rest, position, velocity, spread: zero, moved: zero, moving: zero }
     }
 
+    /// Weighted particles with rest position, position and velocity, all near `origin` of these three.
+    pub(crate) fn of(particles: impl Iterator<Item = (f64, [DVec3; 3])>, origin: [DVec3; 3]) -> Self {
+        let zero = (DVec3::ZERO, DMat3::ZERO);
+        let (mut weight, mut rest, mut position, mut velocity) = (0.0, zero, zero, zero);
+        for (w, particle) in particles {
+            let arm = particle[0] - origin[0];
+            let weighted = arm * w;
+            weight += w;
+            let add = |sum: &mut (DVec3, DMat3), value: DVec3| {
+                sum.0 += value * w;
+                sum.1 += outer(value, weighted);
+            };
+            add(&mut rest, arm);
+            add(&mut position, particle[1] - origin[1]);
+            add(&mut velocity, particle[2] - origin[2]);
+        }
+        let scale = if weight > 0.0 { 1.0 / weight } else { 0.0 };
+        let central = |sum: (DVec3, DMat3)| sum.1 - outer(sum.0, rest.0 * scale);
+        Self {
+            weight,
+            rest: origin[0] + rest.0 * scale,
+            position: origin[1] + position.0 * scale,
+            velocity: origin[2] + velocity.0 * scale,
+            spread: central(rest),
+            moved: central(position),
+            moving: central(velocity),
+        }
+    }
+
     /// The parts together.
-    pub(super) fn join(parts: impl Iterator<Item = Self> + Clone) -> Self {
+    pub(crate) fn join(parts: impl Iterator<Item = Self> + Clone) -> Self {
         let mut all = Self::one(0.0, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
         for p in parts.clone() {
             all.weight += p.weight;
@@ -73,8 +102,14 @@ impl Moments {
         all
     }
 
+    /// Position and velocity that the motion of `fit` gives to what rests at `rest`.
+    pub(crate) fn moved(&self, fit: &Fit, rest: DVec3) -> (DVec3, DVec3) {
+        let arm = rest - self.rest;
+        (self.position + fit.gradient * arm, self.velocity + fit.rate * arm)
+    }
+
     /// Fits the gradient; `own` is the squared size of the tetrahedron itself [m²], `old` its last rotation.
-    pub(super) fn fit(&self, own: f64, old: DQuat) -> Fit {
+    pub(crate) fn fit(&self, own: f64, old: DQuat) -> Fit {
         let scale = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
         let (spread, moved, moving) = (self.spread * scale, self.moved * scale, self.moving * scale);
         let trace = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
@@ -108,10 +143,10 @@ impl Moments {
 
 /// What [`Moments::fit`] finds.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fit {
-    pub(super) rotation: DQuat,
+pub(crate) struct Fit {
+    pub(crate) rotation: DQuat,
     /// F.
-    pub(super) gradient: DMat3,
+    pub(crate) gradient: DMat3,
     /// dF/dt [1/s].
-    pub(super) rate: DMat3,
+    pub(crate) rate: DMat3,
 }

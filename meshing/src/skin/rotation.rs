@@ -12,7 +12,7 @@ const SWEEPS: usize = 12;
 
 /// The rotation R with the largest tr(Rᵀ M). Of q and −q the one nearer to `old` is returned; `old` itself if `m` is
 /// not finite.
-pub(super) fn nearest_rotation(m: DMat3, old: DQuat) -> DQuat {
+pub(crate) fn nearest_rotation(m: DMat3, old: DQuat) -> DQuat {
     if !m.is_finite() {
         return old;
     }

@@ -106,12 +106,12 @@ pub enum SurfaceError {
 }
 
 /// `1 edge`, `2 edges`.
-pub(super) fn counted(n: usize, what: &str) -> String {
+pub(crate) fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
 /// A length with four significant digits.
-pub(super) fn short(x: f64) -> f64 {
+pub(crate) fn short(x: f64) -> f64 {
     if x == 0.0 || !x.is_finite() {
         return x;
     }
@@ -124,7 +124,7 @@ pub(super) fn suggested_wall(size: f64) -> f64 {
 }
 
 /// A point as `(x, y, z)` with four significant digits each.
-pub(super) fn place(p: DVec3) -> String {
+pub(crate) fn place(p: DVec3) -> String {
     format!("({}, {}, {})", short(p.x), short(p.y), short(p.z))
 }
 

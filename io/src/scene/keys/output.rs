@@ -1,0 +1,135 @@
+//! What a run is compared with, and what it writes.
+
+use fissure_engine::params::Range;
+
+use super::Fallback::{Said, Toml};
+use super::KeyKind::{Direction, Number, Table, Tables, Text, Three, Whole, Word};
+use super::{ANY, Key, of};
+
+pub(super) const KEYS: &[Key] = &[
+    of("compare", Tables, "", Said("none"), "references that the run is compared with, one table [[compare]] each"),
+    of("compare.N.label", Text, "", Said("\"compare N\", N from 1"), "what is compared, for the table and the plot"),
+    of("compare.N.body", Text, "", Said("the first body"), "name of the body, for `field`, `track` and `displacement`"),
+    of(
+        "compare.N.field",
+        Text,
+        "",
+        Said("another reference is given"),
+        "path of a CSV with columns x, y, z: places at rest [m], and any of ux, uy, uz: displacements [m]",
+    ),
+    of(
+        "compare.N.track",
+        Text,
+        "",
+        Said("another reference is given"),
+        "path of a CSV with a column t: times [s], and any of ux, uy, uz: displacements [m] of `point`",
+    ),
+    of(
+        "compare.N.displacement",
+        Number(ANY),
+        "m",
+        Said("another reference is given"),
+        "displacement of `point` in the direction `along`",
+    ),
+    of(
+        "compare.N.force",
+        Number(ANY),
+        "N",
+        Said("another reference is given"),
+        "force of `anchor` on the body, in the direction `along`",
+    ),
+    of(
+        "compare.N.torque",
+        Number(ANY),
+        "N m",
+        Said("another reference is given"),
+        "torque of `anchor` on the body about the anchor's centre, in the direction `along`",
+    ),
+    of("compare.N.point", Three(ANY), "m", Said("required by track, displacement"), "place of the point at the start"),
+    of("compare.N.anchor", Text, "", Said("required by force, torque"), "name of the anchor"),
+    of(
+        "compare.N.along",
+        Direction,
+        "1",
+        Said("required by displacement, force, torque"),
+        "direction of what is compared; its length does not matter",
+    ),
+    of("compare.N.at", Number(Range::NOT_NEGATIVE), "s", Said("the end"), "when it is compared"),
+    of(
+        "compare.N.translate",
+        Three(ANY),
+        "m",
+        Toml("[0, 0, 0]"),
+        "shifts the places of a field, as the body is shifted",
+    ),
+    of("output", Table, "", Said("all defaults"), "what a run writes"),
+    of(
+        "output.frames_per_second",
+        Number(Range { low: (0.0, false), high: (1e9, true) }),
+        "1/s",
+        Toml("60"),
+        "frames per second of simulated time",
+    ),
+    of(
+        "output.frame_every",
+        Number(Range::POSITIVE),
+        "s",
+        Said("`frames_per_second` decides"),
+        "simulated time from frame to frame",
+    ),
+    of(
+        "output.checkpoint_every",
+        Number(Range::POSITIVE),
+        "s",
+        Said("duration / 10"),
+        "simulated time from checkpoint to checkpoint",
+    ),
+    of(
+        "output.checkpoint_steps",
+        Whole(1, 1 << 53),
+        "",
+        Said("`checkpoint_every` decides"),
+        "steps from checkpoint to checkpoint",
+    ),
+    of(
+        "output.checkpoint_minutes",
+        Number(Range::POSITIVE),
+        "min",
+        Said("never"),
+        "time on the clock after which there is a checkpoint whatever else; changes nothing in the result",
+    ),
+    of("output.keep", Whole(0, 1_000_000), "", Toml("5"), "how many of the newest checkpoints stay; 0 for all"),
+    of(
+        "output.on_write_error",
+        Word(&["stop", "go_on"]),
+        "",
+        Toml("'stop'"),
+        "what a frame or checkpoint that cannot be written does to the run; the last checkpoint stays",
+    ),
+    of("output.picture", Table, "", Said("all defaults"), "the picture of the last frame"),
+    of("output.picture.width", Whole(16, 8192), "px", Toml("1280"), "width of the picture"),
+    of("output.picture.height", Whole(16, 8192), "px", Toml("720"), "height of the picture"),
+    of("output.picture.camera", Three(ANY), "m", Said("chosen to show everything"), "where the camera stands"),
+    of("output.picture.target", Three(ANY), "m", Said("the middle of what is shown"), "where the camera looks"),
+    of(
+        "output.picture.color",
+        Word(&["material", "damage", "speed", "piece"]),
+        "",
+        Toml("'material'"),
+        "what the colours show",
+    ),
+    of(
+        "output.picture.outside",
+        Three(Range::closed(0.0, 1.0)),
+        "1",
+        Said("the picture's own"),
+        "red, green, blue of the outer surface",
+    ),
+    of(
+        "output.picture.inside",
+        Three(Range::closed(0.0, 1.0)),
+        "1",
+        Said("the picture's own"),
+        "red, green, blue of crack faces",
+    ),
+];

@@ -1,0 +1,231 @@
+//! The surface of a body, which its particles carry along: that of tetrahedra, or that of the cells of a lattice.
+
+use fissure_engine::{Body, Particles as All, Visitor};
+use fissure_meshing::crack::{CrackMesh, Surface};
+use fissure_meshing::lattice::{Facets, Follower, Lattice, Patchwork};
+use fissure_meshing::skin::{Follow, Particles, Skin};
+use glam::{DVec3, Vec3};
+
+/// What a body looks like.
+pub enum Embedded {
+    /// Of a body of bonds.
+    Tets(Tets),
+    /// Of a lattice.
+    Cells(Cells),
+}
+
+/// The mesh of a body of bonds.
+#[derive(Default)]
+pub struct Tets {
+    /// The tetrahedra, in the order of the body's particles.
+    pub mesh: CrackMesh,
+    /// Where its vertices are.
+    pub skin: Skin,
+    /// Rest positions of the particles in the world [m].
+    rest: Vec<DVec3>,
+    /// The last cuts as pairs; scratch.
+    links: Vec<(u32, u32)>,
+}
+
+/// The surface of a lattice and the faces between its cells.
+#[derive(Default)]
+pub struct Cells {
+    /// All faces.
+    pub facets: Facets,
+    /// Makes them follow the nodes.
+    follower: Follower,
+    /// The surface as of the last cut, once it has been asked for; scratch, as are the links.
+    patchwork: Option<Patchwork>,
+    links: Vec<(u32, u32)>,
+}
+
+/// A surface that has been moved to where its particles are.
+pub(crate) struct Moved<'a> {
+    pub surface: &'a Surface,
+    /// Positions of the mesh vertices [m] and their velocities [m/s].
+    pub positions: &'a [DVec3],
+    pub velocities: &'a [DVec3],
+    /// For each mesh vertex the vertex at rest, its fragment and its damage.
+    pub origin: &'a [u32],
+    pub piece: Vec<u32>,
+    pub damage: Vec<f32>,
+    /// How many fragments there are.
+    pub fragments: usize,
+}
+
+impl Tets {
+    /// The cracked mesh of the body `world` with the particles `all`.
+    pub(super) fn new(mesh: CrackMesh, follow: Follow, world: &Body, all: &All) -> Self {
+        let p = all.of(&world.range);
+        let rest = rest_positions(world.origin, p.rest);
+        let skin = Skin::new(follow, &mesh, &rest, p.mass);
+        Self { mesh, skin, rest, links: Vec::new() }
+    }
+
+    /// To be filled from a checkpoint.
+    pub(super) fn empty(follow: Follow) -> Self {
+        Self { skin: Skin::new(follow, &CrackMesh::default(), &[], &[]), ..Self::default() }
+    }
+
+    fn particles<'a>(&'a self, body: &Body, all: &'a All) -> Particles<'a> {
+        let p = all.of(&body.range);
+        Particles { rest: &self.rest, position: p.position, velocity: p.velocity, mass: p.mass }
+    }
+}
+
+impl Cells {
+    /// The surface of a fresh lattice.
+    pub(super) fn new(lattice: Lattice) -> Self {
+        Self { facets: lattice.facets, follower: lattice.follower, ..Self::default() }
+    }
+}
+
+impl Embedded {
+    /// The tetrahedra, unless it is a lattice.
+    pub fn tets(&self) -> Option<&Tets> {
+        match self {
+            Self::Tets(tets) => Some(tets),
+            Self::Cells(_) => None,
+        }
+    }
+
+    /// The faces of the cells, if it is a lattice.
+    pub fn cells(&self) -> Option<&Cells> {
+        match self {
+            Self::Tets(_) => None,
+            Self::Cells(cells) => Some(cells),
+        }
+    }
+
+    /// Splits where the last step broke links. Returns how many vertices, or triangles of a lattice, are new.
+    pub(super) fn cut(&mut self, body: &Body, all: &All) -> usize {
+        let links = match self {
+            Self::Tets(tets) => &mut tets.links,
+            Self::Cells(cells) => &mut cells.links,
+        };
+        links.clear();
+        links.extend(body.cuts.iter().map(|l| (l.i, l.j)));
+        match self {
+            Self::Tets(tets) => {
+                let copies = tets.mesh.cut(&tets.links);
+                if copies > 0 {
+                    let mut skin = std::mem::take(&mut tets.skin);
+                    skin.split(&tets.mesh, &tets.particles(body, all));
+                    tets.skin = skin;
+                }
+                copies
+            }
+            Self::Cells(cells) => {
+                let opened = cells.facets.cut(&cells.links);
+                if opened > 0 {
+                    cells.patchwork = None;
+                }
+                opened
+            }
+        }
+    }
+
+    /// Moves the vertices to where the particles are.
+    pub(crate) fn follow(&mut self, body: &mut Body, all: &All) {
+        match self {
+            Self::Tets(tets) => {
+                let mut skin = std::mem::take(&mut tets.skin);
+                skin.update(&tets.mesh, &tets.particles(body, all));
+                tets.skin = skin;
+            }
+            Self::Cells(Cells { facets, follower, patchwork, .. }) => {
+                let patchwork = patchwork.get_or_insert_with(|| facets.surface());
+                if let Some(pose) = body.material.lattice(&all.of(&body.range)) {
+                    follower.follow(facets, patchwork, &pose, body.origin);
+                }
+            }
+        }
+    }
+
+    /// The fragment of each tetrahedron or cell, and how many there are.
+    pub fn fragments(&self) -> (Vec<u32>, usize) {
+        match self {
+            Self::Tets(tets) => tets.mesh.fragments(),
+            Self::Cells(cells) => cells.facets.fragments(cells.follower.cells()),
+        }
+    }
+
+    /// The surface after [`follow`](Self::follow), put into `with`.
+    pub(super) fn moved<R>(&self, body: &mut Body, all: &All, with: impl FnOnce(Moved<'_>) -> R) -> R {
+        let damage = &all.damage[body.range.clone()];
+        let (fragment, fragments) = self.fragments();
+        let mean = |around: &mut dyn Iterator<Item = u32>| {
+            let (sum, n) = around.fold((0.0, 0), |(sum, n), p| (sum + damage[p as usize], n + 1));
+            sum / n.max(1) as f32
+        };
+        match self {
+            Self::Tets(Tets { mesh, skin, .. }) => {
+                let vertices = 0..mesh.origin().len() as u32;
+                let piece = |v| mesh.tets_around(v).last().map_or(0, |t| fragment[t as usize]);
+                with(Moved {
+                    surface: &mesh.surface(),
+                    positions: skin.positions(),
+                    velocities: skin.velocities(),
+                    origin: mesh.origin(),
+                    piece: vertices.clone().map(piece).collect(),
+                    damage: vertices.map(|v| mean(&mut mesh.tets_around(v))).collect(),
+                    fragments,
+                })
+            }
+            Self::Cells(Cells { follower, patchwork, .. }) => {
+                let none = Patchwork::default();
+                let patchwork = patchwork.as_ref().unwrap_or(&none);
+                let carrier = body.material.lattice(&all.of(&body.range)).map_or(&[][..], |pose| pose.carrier);
+                let copies = 0..patchwork.origin.len();
+                let nodes = |v: usize| patchwork.cells_of(v).iter().filter_map(|&c| carrier.get(c as usize).copied());
+                with(Moved {
+                    surface: &patchwork.surface,
+                    positions: follower.positions(),
+                    velocities: follower.velocities(),
+                    origin: &patchwork.origin,
+                    piece: copies.clone().map(|v| fragment[patchwork.cells_of(v)[0] as usize]).collect(),
+                    damage: copies.map(|v| mean(&mut nodes(v))).collect(),
+                    fragments,
+                })
+            }
+        }
+    }
+
+    /// Makes what follows from restored columns.
+    pub(super) fn restored(&mut self, body: &Body, all: &All) {
+        if let Self::Tets(tets) = self {
+            tets.rest = rest_positions(body.origin, all.of(&body.range).rest);
+        }
+    }
+
+    /// Whether the columns fit each other and the body: a file with right checksums may still lie.
+    pub(super) fn consistent(&self, body: &Body) -> bool {
+        match self {
+            Self::Tets(Tets { mesh, skin, .. }) => {
+                mesh.tets().len() == body.range.len() && mesh.consistent() && skin.consistent(mesh)
+            }
+            Self::Cells(Cells { facets, follower, .. }) => {
+                let cells = follower.cells();
+                body.range.len() <= cells && follower.consistent(cells) && facets.consistent(cells)
+            }
+        }
+    }
+
+    /// Shows every column of the body called `name` to `v`.
+    pub(super) fn visit(&mut self, name: &str, v: &mut Visitor<'_>) {
+        match self {
+            Self::Tets(tets) => {
+                tets.mesh.visit(&format!("bodies/{name}/mesh"), v);
+                tets.skin.visit(&format!("bodies/{name}/skin"), v);
+            }
+            Self::Cells(cells) => {
+                cells.facets.visit(&format!("bodies/{name}/facets"), v);
+                cells.follower.visit(&format!("bodies/{name}/skin"), v);
+            }
+        }
+    }
+}
+
+pub(super) fn rest_positions(origin: DVec3, rest: &[Vec3]) -> Vec<DVec3> {
+    rest.iter().map(|x| origin + x.as_dvec3()).collect()
+}
