@@ -10,8 +10,10 @@ use super::params::Settings;
 use super::regions::{Regions, Still};
 use super::shapes::Shapes;
 
-/// Regions, or nodes, that one task does; a multiple of four.
+/// Regions of a block; a multiple of four.
 const BLOCK: usize = 128;
+/// Nodes or regions that one task does at least: waking another thread takes as long.
+const TASK: usize = 1024;
 
 /// What matching listed regions needs and finds; nothing of it must survive a step.
 #[derive(Debug, Default)]
@@ -43,22 +45,25 @@ impl Lists {
     ) {
         let (levers, origin) = (&self.levers, x[0]);
         self.moments.resize(nodes.len(), EMPTY);
-        self.moments.par_iter_mut().enumerate().with_min_len(4 * BLOCK).for_each(|(i, rows)| {
+        self.moments.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, rows)| {
             *rows = moment(nodes.mass[i], x[i] - origin, levers[i]);
         });
         let moments = &self.moments;
         self.goals.resize(regions.len(), EMPTY);
         self.found.resize(regions.len(), Found::default());
-        let blocks = self.goals.par_chunks_mut(BLOCK).zip(self.found.par_chunks_mut(BLOCK)).enumerate();
+        let blocks = self
+            .goals
+            .par_chunks_mut(BLOCK)
+            .zip(self.found.par_chunks_mut(BLOCK))
+            .enumerate()
+            .with_min_len(TASK / BLOCK);
         blocks.for_each(|(block, (goals, found))| {
             for k in (0..goals.len()).step_by(4) {
                 // a last quad that is not full repeats its last region
                 let at: [usize; 4] = std::array::from_fn(|l| block * BLOCK + (k + l).min(goals.len() - 1));
                 let sums = at.map(|region| {
                     let mut sum = EMPTY;
-                    for e in regions.row(region) {
-                        add_scaled(&mut sum, &moments[regions.node[e] as usize], regions.share[e]);
-                    }
+                    regions.members(region).for_each(|(i, share)| add_scaled(&mut sum, &moments[i], share));
                     sum
                 });
                 let still: [&Still; 4] = at.map(|region| &regions.still[region]);
@@ -76,11 +81,9 @@ impl Lists {
     pub fn scatter(&mut self, regions: &Regions, nodes: usize) {
         let goals = &self.goals;
         self.means.resize(nodes, EMPTY);
-        self.means.par_iter_mut().enumerate().with_min_len(BLOCK).for_each(|(i, mean)| {
+        self.means.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, mean)| {
             *mean = EMPTY;
-            for (region, share) in regions.of(i) {
-                add_scaled(mean, &goals[region], share);
-            }
+            regions.of(i).for_each(|(region, share)| add_scaled(mean, &goals[region], share));
         });
     }
 
@@ -101,9 +104,8 @@ impl Lists {
         let mut mean = DMat3::ZERO;
         for (region, share) in regions.of(node) {
             let (still, mut mixed) = (&regions.still[region], DMat3::ZERO);
-            for e in regions.row(region) {
-                let i = regions.node[e] as usize;
-                let (v, q) = ((of[i] - of[node]) * (regions.share[e] * nodes.mass[i]), nodes.rest[i] - still.centre);
+            for (i, own) in regions.members(region) {
+                let (v, q) = ((of[i] - of[node]) * (own * nodes.mass[i]), nodes.rest[i] - still.centre);
                 mixed += DMat3::from_cols(v * q.x, v * q.y, v * q.z);
             }
             mean += mixed * still.inverse * share;

@@ -45,6 +45,9 @@ use self::shapes::Shapes;
 use self::spin::Spins;
 use self::uniform::{Step, Uniform};
 
+/// Nodes that one task does at least, of loops that do little for each.
+const TASK: usize = 4096;
+
 /// The word in scene files.
 pub const NAME: &str = "lattice";
 
@@ -245,7 +248,7 @@ impl Lattice {
                 self.measure();
             }
             let (this, origin) = (&*self, x[0]);
-            x.par_iter_mut().zip(&mut shift).enumerate().with_min_len(1024).for_each(|(i, (x, shift))| {
+            x.par_iter_mut().zip(&mut shift).enumerate().with_min_len(TASK).for_each(|(i, (x, shift))| {
                 let step = this.way(i, *x, origin) * share;
                 *shift += step;
                 *x += step;
@@ -318,7 +321,7 @@ impl Material for Lattice {
             self.measure();
         }
         let (this, origin) = (&*self, p.position[0]);
-        dv.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, dv)| {
+        dv.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, dv)| {
             *dv += match this.shift.get(i) {
                 None => this.way(i, p.position[i], origin) * (share / dt),
                 Some(shift) => *shift / dt,
@@ -330,7 +333,7 @@ impl Material for Lattice {
     fn flow(&mut self, dt: f64) {
         let Self { derived, turn, lists, .. } = self;
         if let Some(uniform) = &derived.uniform {
-            turn.par_iter_mut().enumerate().with_min_len(1024).for_each(|(k, turn)| *turn = uniform.turn(k));
+            turn.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, turn)| *turn = uniform.turn(k));
         }
         for region in 0..derived.regions.len() {
             turn[derived.regions.slot(region)] = lists.found[region].turn;

@@ -75,11 +75,18 @@ impl Regions {
         self.offsets[region] as usize..self.offsets[region + 1] as usize
     }
 
+    /// Nodes of a region with the share of each.
+    #[inline(always)]
+    pub fn members(&self, region: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let row = self.row(region);
+        self.node[row.clone()].iter().zip(&self.share[row]).map(|(&node, &share)| (node as usize, share))
+    }
+
     /// Regions of a node with its share in each.
     #[inline(always)]
     pub fn of(&self, node: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let row = self.node_offsets[node] as usize..self.node_offsets[node + 1] as usize;
-        row.map(|k| (self.region[k] as usize, self.node_share[k]))
+        self.region[row.clone()].iter().zip(&self.node_share[row]).map(|(&region, &share)| (region as usize, share))
     }
 
     /// Where what a region remembers is kept: with its node, or by its own number.
@@ -229,17 +236,16 @@ impl Regions {
         let mut still = std::mem::take(&mut self.still);
         still.clear();
         still.resize(self.len(), Still::default());
-        still.par_iter_mut().enumerate().with_min_len(64).for_each(|(region, still)| {
-            let entries = || self.row(region).map(|k| (self.node[k] as usize, self.share[k]));
+        still.par_iter_mut().enumerate().with_min_len(512).for_each(|(region, still)| {
             let first = nodes.rest[self.node[self.row(region).start] as usize];
             let (mut mass, mut moment) = (0.0, DVec3::ZERO);
-            for (i, share) in entries() {
+            for (i, share) in self.members(region) {
                 mass += share * nodes.mass[i];
                 moment += (nodes.rest[i] - first) * (share * nodes.mass[i]);
             }
             let centre = first + moment / mass;
             let mut spread = DMat3::ZERO;
-            for (i, share) in entries() {
+            for (i, share) in self.members(region) {
                 let (q, m) = (nodes.rest[i] - centre, share * nodes.mass[i]);
                 spread += DMat3::from_cols(q * (q.x * m), q * (q.y * m), q * (q.z * m));
             }
