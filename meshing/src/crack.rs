@@ -170,16 +170,33 @@ impl CrackMesh {
         (fragment, count as usize)
     }
 
-    /// Whether the columns fit each other, as far as lengths and the changing ones go: what a restored file may get wrong.
+    /// Whether the columns fit each other: lengths, numbers of vertices, tetrahedra and faces. A file with right checksums may lie.
     pub fn consistent(&self) -> bool {
-        let (tets, vertices) = (self.tets.len(), self.origin.len() as u32);
-        self.rest_tets.len() == tets
+        let (tets, vertices) = (self.tets.len(), self.origin.len());
+        let lengths = self.rest_tets.len() == tets
             && self.neighbours.len() == tets
             && self.status.len() == 4 * tets
+            && self.around.len() == 4 * tets
             && self.around_offsets.len() == self.rest_vertices.len() + 1
-            && self.around_offsets.last().is_some_and(|&end| end as usize == self.around.len())
-            && self.tets.iter().flatten().all(|&v| v < vertices)
-            && self.origin.iter().all(|&v| (v as usize) < self.rest_vertices.len())
+            && self.around_offsets.first() == Some(&0)
+            && self.around_offsets.last() == Some(&(self.around.len() as u32))
+            && self.around_offsets.is_sorted();
+        if !lengths || self.origin.iter().any(|&v| v as usize >= self.rest_vertices.len()) {
+            return false;
+        }
+        let copy_of = |now: u32, rest: u32| (now as usize) < vertices && self.origin[now as usize] == rest;
+        let corners = |t: usize| (0..4).all(|k| copy_of(self.tets[t][k], self.rest_tets[t][k]));
+        let known =
+            |t: usize, n: u32| n == NONE || self.neighbours.get(n as usize).is_some_and(|f| f.contains(&(t as u32)));
+        let faces = |t: usize| (0..4).all(|k| known(t, self.neighbours[t][k]) && self.status(t, k) <= SEPARATED);
+        let star = |v: usize| {
+            let stars = &self.around[self.around_offsets[v] as usize..self.around_offsets[v + 1] as usize];
+            stars.is_sorted()
+                && stars
+                    .iter()
+                    .all(|&t| self.rest_tets.get(t as usize).is_some_and(|corners| corners.contains(&(v as u32))))
+        };
+        (0..tets).all(|t| corners(t) && faces(t)) && (0..self.rest_vertices.len()).all(star)
     }
 
     /// Shows every column to `v`, under `scope`.

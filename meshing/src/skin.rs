@@ -189,6 +189,14 @@ impl Skin {
         &self.velocities
     }
 
+    /// Whether the restored columns fit `crack`.
+    pub fn consistent(&self, crack: &CrackMesh) -> bool {
+        match self.follow {
+            Follow::Affine => self.rotation.len() == crack.tets().len(),
+            Follow::AsWritten => self.offset.len() == crack.origin().len(),
+        }
+    }
+
     /// Shows every column to `v`, under `scope`. Positions and velocities follow from the particles and are none.
     pub fn visit(&mut self, scope: &str, v: &mut Visitor) {
         match self.follow {

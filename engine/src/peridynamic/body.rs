@@ -321,6 +321,17 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
         Some(rows.map(|i| scene.force(&memory, laws, none, i).0).collect())
     }
 
+    /// Whether restored columns fit each other, so many particles and so many criteria.
+    pub fn consistent(&self, particles: usize, criteria: usize) -> bool {
+        let slots = self.bonds.neighbours.len();
+        self.bonds.consistent(particles)
+            && self.inv_m.len() == particles
+            && (!T::SEVERAL || self.regions.consistent(particles, self.bonds.intact.len(), criteria))
+            && (!self.laws().needs_influence() || self.influence.len() == slots)
+            && self.own.iter().chain(&self.twin).all(|column| column.len() == slots)
+            && (T::TALLY.is_none() || self.tally.len() == particles)
+    }
+
     pub fn visit(&mut self, scope: &str, v: &mut Visitor<'_>) {
         self.scratch.growth.forget();
         self.bonds.visit(&format!("{scope}/bonds"), v);

@@ -147,9 +147,7 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
     }
 
     fn consistent(&self, particles: usize) -> bool {
-        let b = &self.body;
-        let regions = || b.regions.consistent(particles, b.bonds.intact.len(), self.criteria.len());
-        b.bonds.consistent(particles) && (!T::SEVERAL || regions())
+        self.body.consistent(particles, self.criteria.len())
     }
 
     fn visit(&mut self, scope: &str, v: &mut Visitor<'_>) {

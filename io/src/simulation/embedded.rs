@@ -201,7 +201,9 @@ impl Embedded {
     /// Whether the columns fit each other and the body: a file with right checksums may still lie.
     pub(super) fn consistent(&self, body: &Body) -> bool {
         match self {
-            Self::Tets(tets) => tets.mesh.tets().len() == body.range.len() && tets.mesh.consistent(),
+            Self::Tets(Tets { mesh, skin, .. }) => {
+                mesh.tets().len() == body.range.len() && mesh.consistent() && skin.consistent(mesh)
+            }
             Self::Cells(Cells { facets, follower, .. }) => {
                 let cells = follower.cells();
                 body.range.len() <= cells && follower.consistent(cells) && facets.consistent(cells)
