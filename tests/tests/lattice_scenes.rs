@@ -217,6 +217,6 @@ fn fragments_anchors_and_comparisons_know_lattices() {
     assert!((lift - 0.1).abs() < 1e-3, "held at the top, but at {lift}");
     let compare = "[[compare]]\ndisplacement = 0\nbody = 'ball'\npoint = [0, 0, 0]\nalong = [0, 1, 0]\nat = 0.5\n";
     let scene = Scene::parse(&format!("{BALL}{compare}"), Path::new("ball.toml"), &sets).unwrap();
-    let error = Comparison::new(&scene, Path::new("nowhere"), &mut simulation).err().expect("refused").to_string();
+    let error = Comparison::new(&scene, Path::new("nowhere"), &mut simulation).expect_err("refused").to_string();
     assert!(error.contains("body `ball` is a lattice, in which no place can be compared"), "{error}");
 }
