@@ -64,7 +64,7 @@ fn a_sphere_breaks_into_closed_halves_raw_fitted_and_noisy() {
     // both halves show the disc that was between them, once each
     let discs = 2.0 * std::f64::consts::PI * 0.5 * 0.5;
     for kind in ["fitted", "noisy"] {
-        assert!((0.8..3.0).contains(&(found[kind].0 / discs)), "{kind}: {:?}", found[kind]); // measured
+        assert!((1.0..3.5).contains(&(found[kind].0 / discs)), "{kind}: {:?}", found[kind]); // measured 2.6 and 1.9
     }
     assert!(found["raw"].0 > found["fitted"].0, "bricks end beyond the surface");
 }
@@ -87,7 +87,7 @@ fn a_figure_that_hangs_by_its_head_tears_and_the_rest_falls() {
     assert!(last >= 2, "nothing tore");
     let p = &simulation.world.particles;
     let lowest = p.position.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
-    assert!(lowest < -0.5, "the rest fell to {lowest}"); // measured
+    assert!(lowest < -0.5, "the rest fell to {lowest}");
 }
 
 #[test]
@@ -115,8 +115,9 @@ fn a_dropped_glob_stays_whole_and_its_surface_never_jumps() {
         before = frame;
     }
     println!("{changes} changes of level, largest jump {worst:.3?} of the fastest speed");
-    assert!(changes > 0, "no node split or merged"); // measured
-    assert!(worst[1] < 2.0, "the surface jumps: {worst:?}"); // measured
+    assert!(changes > 10, "{changes} times nodes split or merged"); // measured 38
+    // measured 0 and 0.67; 1.53 when a coarse node counted as one point
+    assert!(worst[0] < 1e-3 && worst[1] < 0.8, "the surface jumps: {worst:?}");
     let middle: DVec3 =
         simulation.world.particles.position.iter().sum::<DVec3>() / simulation.world.particles.len() as f64;
     assert!(middle.y > 0.1 && middle.y < 0.8, "{middle}");
@@ -135,7 +136,7 @@ fn nodes_merge_again_after_a_tear() {
     println!("nodes {counts:?}, {} pieces", pieces(&frame));
     let most = *counts.iter().max().unwrap();
     assert!(pieces(&frame) >= 2, "nothing tore");
-    assert!(4 * counts[39] < 3 * most, "{} nodes at the end, {most} at the most", counts[39]); // measured
+    assert!(4 * counts[39] < 3 * most, "{} nodes at the end, {most} at the most", counts[39]); // measured 542 of 1147
 }
 
 #[test]
@@ -149,7 +150,7 @@ fn elephants_fall_on_a_ball_and_stay_closed() {
     }
     let p = &simulation.world.particles;
     let lowest = p.position.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
-    assert!(lowest > -0.1, "through the ground: {lowest}"); // measured
+    assert!(lowest > -0.1, "through the ground: {lowest}");
 }
 
 const BALL: &str = "\
@@ -213,9 +214,9 @@ fn fragments_anchors_and_comparisons_know_lattices() {
     run(&mut simulation, 0.2);
     let frame = simulation.frame(1);
     let lift = frame.positions.iter().map(|p| p[1]).fold(f32::NEG_INFINITY, f32::max);
-    assert!((lift - 0.1).abs() < 1e-3, "held at the top, but at {lift}"); // measured
+    assert!((lift - 0.1).abs() < 1e-3, "held at the top, but at {lift}");
     let compare = "[[compare]]\ndisplacement = 0\nbody = 'ball'\npoint = [0, 0, 0]\nalong = [0, 1, 0]\nat = 0.5\n";
     let scene = Scene::parse(&format!("{BALL}{compare}"), Path::new("ball.toml"), &sets).unwrap();
-    let error = Comparison::new(&scene, Path::new("nowhere"), &mut simulation).err().expect("refused").to_string();
+    let error = Comparison::new(&scene, Path::new("nowhere"), &mut simulation).expect_err("refused").to_string();
     assert!(error.contains("body `ball` is a lattice, in which no place can be compared"), "{error}");
 }

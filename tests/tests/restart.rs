@@ -185,7 +185,7 @@ fn lattices_restart_while_they_tear() {
         println!("{told}: {open} vertices on crack faces, {} fragments", whole.fragments().1);
         torn += usize::from(open > 0);
     }
-    assert!(torn >= 4, "{torn} of 6 tore"); // measured
+    assert!(torn >= 4, "{torn} of 6 tore"); // measured: all
 }
 
 /// Scenes, numbers of steps and of threads as they are drawn; always the same ones.

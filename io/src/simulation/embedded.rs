@@ -191,10 +191,17 @@ impl Embedded {
         }
     }
 
-    /// Makes what follows from restored columns.
-    pub(super) fn restored(&mut self, body: &Body, all: &All) {
-        if let Self::Tets(tets) = self {
-            tets.rest = rest_positions(body.origin, all.of(&body.range).rest);
+    /// Makes what follows from restored columns; false if those of a lattice tell of other cells than its material.
+    pub(super) fn restored(&mut self, body: &mut Body, all: &All) -> bool {
+        match self {
+            Self::Tets(tets) => {
+                tets.rest = rest_positions(body.origin, all.of(&body.range).rest);
+                true
+            }
+            Self::Cells(cells) => {
+                let pose = body.material.lattice(&all.of(&body.range));
+                pose.is_some_and(|pose| pose.carrier.len() == cells.follower.cells())
+            }
         }
     }
 

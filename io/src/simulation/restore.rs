@@ -53,7 +53,13 @@ impl Simulation {
         simulation.world.colliders.iter_mut().for_each(Collider::prepare);
         let Simulation { world, meshes } = &mut simulation;
         for (body, embedded) in world.bodies.iter_mut().zip(meshes) {
-            embedded.restored(body, &world.particles);
+            if !embedded.restored(body, &world.particles) {
+                let message = format!(
+                    "body `{}` has other cells than its surface; the file was not written by this program",
+                    body.name
+                );
+                return Err(SimulationError::Whole { file: latest.live.path().display().to_string(), message });
+            }
             body.cuts.reserve(body.material.bonds().map_or(0, |b| b.directed() as usize / 2));
         }
         Ok(simulation)

@@ -8,6 +8,12 @@
 //!
 //! Nodes count if links lead to them from the vertex's own cell through others near by: so the two sides of a crack go
 //! each with their own, and around its end both do.
+//!
+//! A coarse node counts as eight points, half as far apart, which move with the motion fitted to it and its linked
+//! neighbours: with one point its surroundings would be smoothed over twice the distance, and the surface would jump by as
+//! much when nodes merge or split.
+
+use std::ops::Range;
 
 use fissure_engine::buffer::Buffer;
 use fissure_engine::column::{Column, Of, Visitor};
@@ -53,6 +59,7 @@ impl Follower {
     pub fn follow(&mut self, facets: &Facets, patchwork: &Patchwork, pose: &LatticePose, origin: DVec3) {
         self.know_neighbours();
         let nodes = self.sizes(pose);
+        let finest = self.size[0];
         let (offsets, adjacent) = self.adjacent(pose, nodes.len());
         let next = |k: u32| &adjacent[offsets[k as usize] as usize..offsets[k as usize + 1] as usize];
 
@@ -100,6 +107,7 @@ impl Follower {
             )
             .collect();
 
+        let points = points(pose, &nodes, finest, &next);
         let follow = |counted: &mut Vec<(u32, f64)>, v: usize| {
             let rest = facets.rest_position(patchwork.origin[v]) - origin;
             let cells = patchwork.cells_of(v);
@@ -107,19 +115,23 @@ impl Follower {
             let of_cell = |c: u32| &near[row[c as usize] as usize];
             counted.clear();
             for &k in cells.iter().flat_map(|&c| &of_cell(c).0) {
-                let along = ((rest - pose.rest[k as usize]) / (WIDTH * nodes[k as usize])).to_array().map(spline);
-                let weight = along[0] * along[1] * along[2] + if k == own { LEAST } else { 0.0 };
-                if weight > 0.0 {
-                    counted.push((k, weight));
+                for point in points.of(k) {
+                    let along = ((rest - points.at[point as usize][0]) / (WIDTH * points.apart[k as usize])).to_array();
+                    let along = along.map(spline);
+                    let weight = along[0] * along[1] * along[2] + if k == own { LEAST } else { 0.0 };
+                    if weight > 0.0 {
+                        counted.push((point, weight));
+                    }
                 }
             }
             if cells.len() > 1 {
                 counted.sort_unstable_by_key(|c| c.0);
                 counted.dedup_by_key(|c| c.0);
             }
-            let state = |k: u32| [pose.rest[k as usize], pose.position[k as usize], pose.velocity[k as usize]];
-            let moments = Moments::of(counted.iter().map(|&(k, weight)| (weight, state(k))), state(own));
-            let fit = moments.fit((nodes[own as usize] / 4.0).powi(2), of_cell(cells[0]).1);
+            let state = |point: u32| points.at[point as usize];
+            let about = state(points.of(own).start);
+            let moments = Moments::of(counted.iter().map(|&(point, weight)| (weight, state(point))), about);
+            let fit = moments.fit((points.apart[own as usize] / 4.0).powi(2), of_cell(cells[0]).1);
             moments.moved(&fit, rest)
         };
         (0..patchwork.origin.len())
@@ -197,6 +209,51 @@ impl Follower {
         v(scope, &Column::frozen("cell_index", "1", Of::Thing), &mut self.index);
         v(scope, &Column::frozen("cell_size", "m", Of::Thing), &mut self.size);
     }
+}
+
+/// The points that nodes count as.
+struct Points {
+    /// Rest position, position and velocity of each.
+    at: Vec<[DVec3; 3]>,
+    /// Where those of each node begin, and where the last ones end.
+    offsets: Vec<u32>,
+    /// How far those of each node are apart [m].
+    apart: Vec<f64>,
+}
+
+impl Points {
+    fn of(&self, node: u32) -> Range<u32> {
+        self.offsets[node as usize]..self.offsets[node as usize + 1]
+    }
+}
+
+/// One point for each of the `finest` nodes, eight for each larger one; `next` are the nodes linked to each.
+fn points<'a>(pose: &LatticePose, sizes: &[f64], finest: f64, next: &(impl Fn(u32) -> &'a [u32] + Sync)) -> Points {
+    let state = |k: usize| [pose.rest[k], pose.position[k], pose.velocity[k]];
+    let of_node = |k: usize| {
+        if sizes[k] < 1.5 * finest {
+            return vec![state(k)];
+        }
+        let turned = nearest_rotation(pose.deformation[k], DQuat::IDENTITY);
+        let all = std::iter::once(k).chain(next(k as u32).iter().map(|&k| k as usize));
+        let moments = Moments::of(all.map(|k| (sizes[k].powi(3), state(k))), state(k));
+        let fit = moments.fit((sizes[k] / 4.0).powi(2), turned);
+        let corner = |c: u32| {
+            let side = |bit: u32| if c >> bit & 1 == 1 { 0.25 } else { -0.25 };
+            let arm = DVec3::new(side(0), side(1), side(2)) * sizes[k];
+            [pose.rest[k] + arm, pose.position[k] + fit.gradient * arm, pose.velocity[k] + fit.rate * arm]
+        };
+        (0..8).map(corner).collect()
+    };
+    let each: Vec<Vec<[DVec3; 3]>> = (0..sizes.len()).into_par_iter().map(of_node).collect();
+    let mut offsets = vec![0];
+    offsets.extend(each.iter().scan(0, |end, points| {
+        *end += points.len() as u32;
+        Some(*end)
+    }));
+    let apart =
+        sizes.iter().zip(&each).map(|(size, points)| if points.len() > 1 { size / 2.0 } else { *size }).collect();
+    Points { at: each.into_iter().flatten().collect(), offsets, apart }
 }
 
 /// The quadratic B-spline: those at whole numbers add up to 1 everywhere.

