@@ -368,9 +368,17 @@ impl Material for Lattice {
         self.gather(p.position);
         let mut deformation = std::mem::take(&mut self.deformation);
         deformation.resize(p.len(), DMat3::IDENTITY);
+        // of a torn cell the cube is not asked any more: what it last said would not survive a restart
+        let mut turns: Vec<Turn> = Vec::new();
+        if let Some(uniform) = &self.derived.uniform {
+            turns.extend((0..p.len()).map(|k| uniform.turn(k)));
+            for region in 0..self.derived.regions.len() {
+                turns[self.derived.regions.slot(region)] = self.lists.found[region].turn;
+            }
+        }
         deformation.par_iter_mut().enumerate().with_min_len(256).for_each(|(i, to)| {
-            *to = match &self.derived.uniform {
-                Some(uniform) => self.finest.gradient(i, p.position, uniform.turn(i)),
+            *to = match turns.get(i) {
+                Some(turn) => self.finest.gradient(i, p.position, *turn),
                 None => self.lists.gradient(i, &self.derived.regions),
             };
         });
