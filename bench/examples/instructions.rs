@@ -1,7 +1,7 @@
 //! Instructions per directed bond of a step, for every law and criterion: a figure without noise, counted by valgrind.
 //!
-//!     cargo run --release -p fissure-bench --bin instructions             compares with the numbers that are kept
-//!     cargo run --release -p fissure-bench --bin instructions -- accept   keeps the new ones
+//!     cargo run --release -p fissure-bench --example instructions             compares with the numbers that are kept
+//!     cargo run --release -p fissure-bench --example instructions -- accept   keeps the new ones
 //!
 //! More than 5 % above what is kept fails. Counts are not times: a pass that waits for memory may take longer with
 //! fewer instructions. Another compiler gives other counts, so the file names the one that made it.
@@ -19,7 +19,7 @@ use fissure_engine::Registry;
 use fissure_materials::moduli;
 
 #[allow(dead_code)] // a copy of a whole file, of which the law alone is used
-#[path = "../../../materials/src/isotropic.rs"]
+#[path = "../../materials/src/isotropic.rs"]
 mod elsewhere;
 
 /// Growth that fails.
@@ -179,7 +179,7 @@ fn main() -> ExitCode {
     if faults.is_empty() {
         if counts.iter().any(|(name, now)| kept.iter().any(|(k, before)| k == name && now * LIMIT < *before)) {
             println!(
-                "Some take fewer: keep that with `cargo run --release -p fissure-bench --bin instructions -- accept`."
+                "Some take fewer: keep that with `cargo run --release -p fissure-bench --example instructions -- accept`."
             );
         }
         return ExitCode::SUCCESS;
@@ -189,7 +189,7 @@ fn main() -> ExitCode {
     if now != made_by {
         eprintln!("The numbers that are kept were made by {made_by}, this is {now}.");
     }
-    eprintln!("Make it cheaper, or accept it: cargo run --release -p fissure-bench --bin instructions -- accept");
+    eprintln!("Make it cheaper, or accept it: cargo run --release -p fissure-bench --example instructions -- accept");
     ExitCode::FAILURE
 }
 
