@@ -60,7 +60,8 @@ impl Simulation {
                 );
                 return Err(SimulationError::Whole { file: latest.live.path().display().to_string(), message });
             }
-            body.cuts.reserve(body.material.bonds().map_or(0, |b| b.directed() as usize / 2));
+            // the count of each family is a column of its own, which may lie
+            body.cuts.reserve(body.material.bonds().map_or(0, |b| (b.directed() as usize).min(b.neighbours.len()) / 2));
         }
         Ok(simulation)
     }
