@@ -70,7 +70,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Materials { name } => materials::command(name.as_deref(), registry),
         Command::Keys { part } => keys::command(part.as_deref()),
         Command::Render(options) => render::command(&options),
-        Command::Export { checkpoint, to, out } => export::command(&checkpoint, &to, out),
+        Command::Export(options) => export::command(&options),
         Command::Verify { path } => verify::command(&path),
         Command::Bench(options) => bench::command(&options, registry),
         Command::Diff(options) => diff::command(&options),

@@ -2,6 +2,7 @@
 
 mod driver;
 mod saver;
+mod streams;
 mod words;
 
 use std::path::{Path, PathBuf};
@@ -185,7 +186,7 @@ fn go_on(dir: &Path, force: bool, options: &RunArgs, registry: &Registry) -> Res
     comparison.restore(folder.dir(), &simulation);
     latest.skipped.iter().for_each(|e| log.say(&format!("passed over: {e}")));
     let mut driver = Driver::new(folder, log, scene, simulation, comparison, store, options)?;
-    driver.go_on_from(notes);
+    driver.go_on_from(notes)?;
     let (step, time) = (driver.simulation.world.step, driver.simulation.world.time);
     let what = format!("{} ({})", called(&driver.scene), dir.display());
     if step >= driver.last {
