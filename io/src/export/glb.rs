@@ -251,6 +251,8 @@ struct File {
     json: Json,
     binary: Vec<u8>,
     frames: usize,
+    /// Whether there are rigid things.
+    rigid: bool,
 }
 
 #[derive(Default)]
@@ -271,7 +273,7 @@ const INDICES: u32 = 34963;
 impl File {
     /// A file whose first accessor is the times, from 0 on.
     fn new(times: &[f64]) -> Self {
-        let mut file = Self { json: Json::default(), binary: Vec::new(), frames: times.len() };
+        let mut file = Self { json: Json::default(), binary: Vec::new(), frames: times.len(), rigid: false };
         let times: Vec<f32> = times.iter().map(|t| (t - times[0]) as f32).collect();
         let (low, high) = (times[0], times[times.len() - 1]);
         file.accessor(
@@ -311,6 +313,7 @@ impl File {
 
     /// A node with the triangles of part `part.id` of `frame`, and its motion.
     fn node(&mut self, name: &str, frame: &Frame, part: &Part, rigid: bool, extras: Option<Value>) {
+        self.rigid |= rigid;
         let (place, turn) = part.poses[0];
         let mut node = json!({ "name": name, "translation": single(place), "rotation": turn.as_quat().to_array() });
         if let Some(mesh) = self.mesh(name, frame, part, rigid) {
@@ -375,15 +378,16 @@ impl File {
     }
 
     fn finish(self, about: &About) -> Vec<u8> {
-        let Self { json: j, binary, .. } = self;
+        let Self { json: j, binary, .. } = &self;
         let material = |(name, colour): (&str, [f32; 3])| {
             let [r, g, b] = colour.map(linear);
             json!({ "name": name, "pbrMetallicRoughness": {
                 "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6
             } })
         };
+        let used = if self.rigid { 3 } else { 2 };
         let materials: Vec<Value> =
-            ["outside", "inside", "collider"].into_iter().zip(colours(about)).map(material).collect();
+            ["outside", "inside", "collider"].into_iter().zip(colours(about)).take(used).map(material).collect();
         let roots: Vec<usize> = (0..j.nodes.len()).collect();
         let text = json!({
             "asset": { "version": "2.0", "generator": concat!("fissure ", env!("CARGO_PKG_VERSION")) },
@@ -407,7 +411,7 @@ impl File {
         out.extend_from_slice(&text);
         out.extend_from_slice(&(binary.len() as u32).to_le_bytes());
         out.extend_from_slice(b"BIN\0");
-        out.extend_from_slice(&binary);
+        out.extend_from_slice(binary);
         out
     }
 }

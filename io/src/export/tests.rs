@@ -155,22 +155,29 @@ fn clips_name_vertices_that_exist_and_the_stage_declares_what_they_hold() {
         assert!(stage.contains(attribute) && manifest.contains(attribute), "{attribute} is not declared");
         assert!(line.contains(".timeSamples = { 2: ["), "{line}");
     }
-    let mesh = &clip[..clip.find("over \"colliders\"").unwrap()];
+    // each side has its own vertices, in the order of the triangles
     let want = surface(2);
-    let (points, indices) = (samples(mesh, " points"), samples(mesh, "faceVertexIndices"));
-    assert_eq!(points.len(), 3 * want.positions.len());
-    assert_eq!(samples(mesh, "faceVertexCounts"), vec![3.0; want.triangles.len()]);
-    assert!(indices.len() == 3 * want.triangles.len() && indices.iter().all(|&i| (i as usize) < want.positions.len()));
-    assert_eq!(points[3 * 12] as f32, want.positions[12][0]);
-    for name in ["normals", "velocities"] {
-        assert_eq!(samples(mesh, name).len(), points.len(), "{name}");
+    for (name, sides, next) in [("outside", 6, "inside"), ("inside", 2, "colliders")] {
+        let at = |name: &str| clip.find(&format!("over \"{name}\"")).unwrap();
+        let mesh = &clip[at(name)..at(next)];
+        let (points, indices) = (samples(mesh, " points"), samples(mesh, "faceVertexIndices"));
+        assert_eq!(samples(mesh, "faceVertexCounts"), vec![3.0; sides], "{name}");
+        assert_eq!(indices, (0..3 * sides).map(|k| k as f64).collect::<Vec<_>>());
+        let own = (0..24).filter(|&v| (want.inside[v] == 1) == (name == "inside"));
+        let places: Vec<f64> = own.flat_map(|v| want.positions[v]).map(f64::from).collect();
+        assert!(points.iter().zip(&places).all(|(a, b)| *a as f32 == *b as f32) && points.len() == places.len());
+        for name in ["normals", "velocities"] {
+            assert_eq!(samples(mesh, name).len(), points.len(), "{name}");
+        }
+        assert_eq!(samples(mesh, "velocities")[2] as f32, -1e-9);
+        for name in ["primvars:damage", "primvars:id", "primvars:piece", "primvars:inside"] {
+            assert_eq!(samples(mesh, name).len(), 3 * sides, "{name}");
+        }
+        assert_eq!(samples(mesh, "primvars:inside")[0], f64::from(u8::from(name == "inside")));
     }
-    for name in ["primvars:damage", "primvars:id", "primvars:piece", "primvars:inside"] {
-        assert_eq!(samples(mesh, name).len(), want.positions.len(), "{name}");
-    }
-    assert_eq!(samples(mesh, "velocities")[2] as f32, -1e-9);
-    let parts: Vec<Vec<f64>> = mesh.split("over \"inside\"").map(|half| samples(half, "indices")).collect();
-    assert_eq!((parts[0].len(), &parts[1][..]), (6, &[3.0, 7.0][..]), "every face is of one material");
+    let whole = text(dir.path().join("clips/frame_0000.usda"));
+    let cracks = &whole[whole.find("over \"inside\"").unwrap()..whole.find("over \"colliders\"").unwrap()];
+    assert_eq!((samples(cracks, " points").len(), samples(cracks, "faceVertexIndices").len()), (3, 0));
     let dots = &clip[clip.find("over \"particles\"").unwrap()..];
     assert_eq!(samples(dots, "ids").len(), 16);
     assert!((samples(dots, "widths")[0] - 0.1).abs() < 1e-7);
@@ -278,7 +285,9 @@ fn a_scene_for_pov_ray_keeps_the_look_that_it_was_given() {
     let dir = tempfile::tempdir().unwrap();
     feed(Format::Pov, dir.path(), 0..1);
     let look = dir.path().join("look.inc");
-    assert!(text(look.clone()).contains("camera {") && text(look.clone()).contains("#declare inside = texture"));
+    assert!(
+        text(look.clone()).contains("camera {") && text(look.clone()).contains("#declare inside_texture = texture")
+    );
     fs::write(&look, "// mine").unwrap();
     feed(Format::Pov, dir.path(), 1..2);
     assert_eq!(text(look), "// mine");
