@@ -6,6 +6,7 @@
 //! frozen.fis               what never changes: rest positions, bonds, meshes
 //! checkpoint_00001234.fis  the state at a step; the newest few are kept
 //! frames/frame_0000.ply    the surfaces
+//! particles/frame_0000.ply the particles, unless `output.particles` is off
 //! colliders/frame_0000.ply those of the colliders, if the scene has any but planes
 //! series.csv               what was measured at each frame
 //! last.png                 the last frame
@@ -120,6 +121,11 @@ impl RunFolder {
     /// The frames.
     pub fn frames(&self) -> FrameFolder {
         FrameFolder::new(self.dir.join("frames"))
+    }
+
+    /// The particles of the frames.
+    pub fn particles(&self) -> FrameFolder {
+        FrameFolder::new(self.dir.join("particles"))
     }
 
     /// The frames of the colliders.
