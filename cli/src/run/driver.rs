@@ -239,7 +239,7 @@ impl Driver {
             ("particles", world.particles.len() as f64),
             ("bonds", (bonds / 2) as f64),
             ("broken", (broken / 2) as f64),
-            ("fragments", f64::from(pieces)),
+            ("fragments", pieces as f64),
         ];
         let now = self.spent_until_now();
         let before = self.told.iter().map(|(_, spent)| *spent).chain(std::iter::repeat(Duration::ZERO));
