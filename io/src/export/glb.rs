@@ -9,7 +9,7 @@
 //! `extras` of a node: `piece`, `parent`, `born` [s], `body`, `mass` [kg], `volume` [m³], and `inertia` [kg m²], rows of the
 //! matrix about the origin of the node along its axes.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 
 use glam::{DMat3, DQuat, DVec3};
@@ -66,6 +66,7 @@ pub fn write(
     }
 
     let mut file = File::new(&times);
+    let last = &held(last, &reference);
     for (fragment, motion) in fragments.iter().zip(&pieces.parts) {
         file.node(&format!("piece_{}", fragment.id), last, motion, false, Some(extras(fragment, about)));
     }
@@ -76,6 +77,24 @@ pub fn write(
     }
     let bytes = file.finish(about);
     put(path, |out| out.write_all(&bytes))
+}
+
+/// The surface with a particle in every piece: a node of a lattice may carry cells that the surface tells apart, and their piece
+/// goes with that of the nearest particle then.
+fn held(surface: &Frame, particles: &ParticleFrame) -> Frame {
+    let known: BTreeSet<u32> = particles.piece.iter().copied().collect();
+    let mut nearest: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut surface = surface.clone();
+    for (piece, at) in surface.piece.iter_mut().zip(&surface.positions) {
+        if !known.contains(piece) {
+            let distance = |k: &usize| (0..3).map(|a| (particles.positions[*k][a] - at[a]).powi(2)).sum::<f32>();
+            *piece = *nearest.entry(*piece).or_insert_with(|| {
+                let all = 0..particles.positions.len();
+                all.min_by(|a, b| distance(a).total_cmp(&distance(b))).map_or(0, |k| particles.piece[k])
+            });
+        }
+    }
+    surface
 }
 
 fn extras(f: &Fragment, about: &About) -> Value {
@@ -154,7 +173,8 @@ impl Fit {
 
     /// Finds where the parts are in the frame before those that came until now.
     fn frame(&mut self, now: &[Point]) {
-        let mut sums = vec![Sums::default(); self.parts.len()];
+        let none = Sums { product: DMat3::ZERO, ..Sums::default() }; // the default of a matrix is the identity
+        let mut sums = vec![none; self.parts.len()];
         for p in now {
             // a node of a lattice that was coarser then is another one with the same number
             let Some(then) = self.at.get(&p.key).map(|&k| &self.last[k]) else { continue };
