@@ -49,7 +49,7 @@ pub enum Outcome {
 
 impl RunOptions {
     fn quiet(&self) -> RunArgs {
-        RunArgs { until: self.until, threads: self.threads, set: self.set.clone(), quiet: true, json: false }
+        RunArgs { until: self.until, threads: self.threads, set: self.set.clone(), quiet: true, ..RunArgs::default() }
     }
 }
 
@@ -104,7 +104,10 @@ fn catch_interrupt() {
     let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
 }
 
-fn in_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T, Error> + Send) -> Result<T, Error> {
+pub(crate) fn in_threads<T: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> Result<T, Error> + Send,
+) -> Result<T, Error> {
     if threads == Some(0) {
         return Err(Error::Usage("--threads must be 1 or more".into()));
     }

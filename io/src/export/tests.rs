@@ -212,7 +212,7 @@ fn array(vtu: &[u8], name: &str) -> (String, Vec<u8>) {
 fn grids_have_the_columns_of_frames() {
     let dir = tempfile::tempdir().unwrap();
     feed(Format::Vtu, dir.path(), 0..2);
-    let Mesh::Solid(solid) = read(&dir.path().join("tets/frame_0001.vtu")).unwrap() else { panic!("no tetrahedra") };
+    let Mesh::Solid(solid) = read(dir.path().join("tets/frame_0001.vtu")).unwrap() else { panic!("no tetrahedra") };
     assert_eq!(solid.mesh.tets, [[0, 1, 2, 3], [1, 4, 2, 3]]);
     assert_eq!(solid.mesh.vertices[4], glam::DVec3::ONE);
     let want = surface(1);
@@ -274,7 +274,7 @@ fn ply_and_obj_come_back_through_our_readers() {
         &["g collider0", "usemtl collider", "g collider1", "usemtl collider"],
     ];
     assert_eq!(groups, whole.concat());
-    let Mesh::Surface(mesh) = read(&dir.path().join("frame_0001.obj")).unwrap() else { panic!("no surface") };
+    let Mesh::Surface(mesh) = read(dir.path().join("frame_0001.obj")).unwrap() else { panic!("no surface") };
     assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (48, 16));
     let mtl = text(dir.path().join("fissure.mtl"));
     assert!(["outside", "inside", "collider"].iter().all(|m| mtl.contains(&format!("newmtl {m}\n"))));
