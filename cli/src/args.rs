@@ -76,6 +76,11 @@ pub(crate) enum Command {
     },
     /// Draw a frame of a run as PNG
     Render(RenderArgs),
+    /// Show a run, or two side by side, on a page in the browser, also while it runs
+    #[command(after_help = "Examples:\n  fissure view runs/vase --open\n  fissure view runs/before runs/after\n\n\
+        The page is served to this machine only, at the address that is printed. `fissure export RUN --to html` makes a \
+        file of it.")]
+    View(ViewArgs),
     /// Time the step on this machine, and say how near it is to what the memory allows
     Bench(BenchArgs),
     /// Say what differs between two runs, checkpoints or scenes; exit code 0: the same, 1: differs, 2: trouble
@@ -137,6 +142,22 @@ pub(crate) struct RenderArgs {
     /// What gives the colour
     #[arg(long, value_parser = ["material", "damage", "speed", "piece"])]
     pub color: Option<String>,
+}
+
+#[derive(Group)]
+pub(crate) struct ViewArgs {
+    /// The run folder
+    #[arg(value_name = "RUN")]
+    pub dir: PathBuf,
+    /// Another run, to compare with
+    #[arg(value_name = "RUN2")]
+    pub other: Option<PathBuf>,
+    /// The port on 127.0.0.1 [default: any that is free]
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    pub port: u16,
+    /// Open the page in the browser
+    #[arg(long)]
+    pub open: bool,
 }
 
 #[derive(Group)]

@@ -115,6 +115,16 @@ impl RunFolder {
         FrameFolder::new(self.dir.join("colliders"))
     }
 
+    /// The frames of the particles.
+    pub fn particles(&self) -> FrameFolder {
+        FrameFolder::new(self.dir.join("particles"))
+    }
+
+    /// A row of numbers about each frame.
+    pub fn series(&self) -> PathBuf {
+        self.dir.join("series.csv")
+    }
+
     /// The checkpoints.
     ///
     /// # Errors

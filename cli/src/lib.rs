@@ -19,6 +19,7 @@ mod render;
 mod run;
 mod say;
 mod verify;
+mod view;
 
 use std::process::ExitCode;
 
@@ -72,6 +73,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Render(options) => render::command(&options),
         Command::Export { checkpoint, to, out } => export::command(&checkpoint, &to, out),
         Command::Verify { path } => verify::command(&path),
+        Command::View(options) => view::command(&options),
         Command::Bench(options) => bench::command(&options, registry),
         Command::Diff(options) => diff::command(&options),
     }
