@@ -6,6 +6,7 @@
 //! frozen.fis               what never changes: rest positions, bonds, meshes
 //! checkpoint_00001234.fis  the state at a step; the newest few are kept
 //! frames/frame_0000.ply    the surfaces
+//! particles/frame_0000.ply the particles, unless `output.particles` is off
 //! colliders/frame_0000.ply those of the colliders, if the scene has any but planes
 //! last.png                 the last frame
 //! compare.png              ours against references, if the scene has `[[compare]]` with curves or fields
@@ -110,14 +111,14 @@ impl RunFolder {
         FrameFolder::new(self.dir.join("frames"))
     }
 
+    /// The particles of the frames.
+    pub fn particles(&self) -> FrameFolder {
+        FrameFolder::new(self.dir.join("particles"))
+    }
+
     /// The frames of the colliders.
     pub fn colliders(&self) -> FrameFolder {
         FrameFolder::new(self.dir.join("colliders"))
-    }
-
-    /// The frames of the particles.
-    pub fn particles(&self) -> FrameFolder {
-        FrameFolder::new(self.dir.join("particles"))
     }
 
     /// A row of numbers about each frame.

@@ -114,12 +114,11 @@ fn is_frame(path: &Path) -> bool {
 fn frame(path: &Path) -> Result<(), Error> {
     let frame = frames::read(path)?;
     say!("frame {}, t = {:.6} s", frame.number, frame.time);
-    let pieces = frame.piece.iter().max().map_or(0, |&p| p as usize + 1);
     say!(
         "{} vertices, {} triangles, {}, {} vertices on crack faces",
         frame.positions.len(),
         frame.triangles.len(),
-        counted(pieces, "piece"),
+        counted(frame.pieces(), "piece"),
         frame.inside.iter().filter(|&&i| i != 0).count()
     );
     say!("damage up to {:.3}", frame.damage.iter().copied().fold(0.0, f32::max));

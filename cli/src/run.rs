@@ -166,7 +166,9 @@ fn go_on(dir: &Path, force: bool, options: &RunArgs, registry: &Registry) -> Res
     let until = until(&scene, options)?;
     let mut log = Log::open(&folder.log(), options)?;
     // the log is held, so nobody writes here
-    [folder.dir(), folder.frames().folder(), folder.colliders().folder()].into_iter().for_each(sweep);
+    [folder.dir(), folder.frames().folder(), folder.particles().folder(), folder.colliders().folder()]
+        .into_iter()
+        .for_each(sweep);
     let store = folder.store(scene.output.keep)?;
     let latest = store.latest_complete()?;
     let kept = latest.live.about();

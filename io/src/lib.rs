@@ -4,6 +4,8 @@ pub mod atomic;
 pub mod checkpoint;
 pub mod compare;
 pub mod diff;
+pub mod export;
+pub mod fragments;
 pub mod frames;
 pub mod mesh;
 pub mod picture;

@@ -92,6 +92,7 @@ fn bytes(simulation: &mut Simulation) -> Vec<(String, Vec<u8>)> {
     let visitor: &mut Visitor<'_> = &mut see;
     simulation.visit(visitor);
     all.push(("frame".into(), to_bytes(&simulation.frame(7)).unwrap()));
+    all.push(("particles".into(), simulation.particle_frame(7).to_bytes().unwrap()));
     all
 }
 

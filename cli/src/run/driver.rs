@@ -163,9 +163,13 @@ impl Driver {
         let start = Instant::now();
         let number = (self.simulation.world.step / self.frame_steps) as u32;
         let frame = self.simulation.frame(number);
+        let particles = self.scene.output.particles.then(|| self.simulation.particle_frame(number));
         self.spent.surface += start.elapsed();
         let start = Instant::now();
         self.folder.frames().write(&frame)?;
+        if let Some(particles) = &particles {
+            self.folder.particles().write_particles(particles)?;
+        }
         let colliders = self.simulation.collider_frame(number);
         if !colliders.positions.is_empty() {
             self.folder.colliders().write(&colliders)?;
@@ -180,7 +184,7 @@ impl Driver {
         let world = &mut self.simulation.world;
         let energies = world.energies();
         let (bonds, broken) = world.bond_counts();
-        let pieces = frame.piece.iter().max().map_or(0, |p| p + 1);
+        let pieces = frame.pieces();
         let mut sentence = format!(
             "frame {}: step {}, t = {:.6} s, kinetic {:.4e} J, elastic {:.4e} J, gravity {:.4e} J, ",
             frame.number, world.step, world.time, energies.kinetic, energies.elastic, energies.gravity,
@@ -188,7 +192,7 @@ impl Driver {
         if bonds > 0 {
             sentence += &format!("{} of {} bonds broken, ", broken / 2, bonds / 2);
         }
-        sentence += &counted(pieces as usize, "fragment");
+        sentence += &counted(pieces, "fragment");
         let nodes: Vec<(&str, NodeCounts)> =
             world.bodies.iter().filter_map(|b| Some((b.name.as_str(), b.material.nodes()?))).collect();
         for (name, nodes) in &nodes {

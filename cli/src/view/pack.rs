@@ -9,7 +9,7 @@
 //! and `from`, the numbers that are meant are `from + step · n`. Triangles are sorted: the outer surface first, `outer` of
 //! them, then crack faces, so that those can be left out of a drawing.
 
-use fissure_io::frames::{Frame, FrameError};
+use fissure_io::frames::{Frame, FrameError, ParticleFrame};
 use serde_json::{Map, Value, json};
 
 /// In how many bits positions and velocities go.
@@ -64,14 +64,18 @@ impl Pack {
         Ok(())
     }
 
-    /// Adds particles: the vertices of `points`.
-    pub fn particles(&mut self, points: &Frame) -> Result<(), FrameError> {
-        points.check()?;
-        self.vectors("position", &points.positions);
-        self.vectors("velocity", &points.velocity);
-        self.share("damage", &points.damage);
-        self.integers("id", 1, &points.id);
-        self.integers("piece", 1, &points.piece);
+    /// Adds particles.
+    pub fn particles(&mut self, particles: &ParticleFrame) -> Result<(), FrameError> {
+        particles.check()?;
+        let width: Vec<f32> = (0..particles.positions.len()).map(|k| particles.width(k)).collect();
+        self.vectors("position", &particles.positions);
+        self.vectors("velocity", &particles.velocity);
+        self.share("damage", &particles.damage);
+        self.integers("id", 1, &particles.id);
+        self.integers("piece", 1, &particles.piece);
+        self.integers("body", 1, &particles.body);
+        self.column("width", "f32", 1, &bytes_of(&width), []);
+        self.column("mass", "f32", 1, &bytes_of(&particles.mass), []);
         Ok(())
     }
 
@@ -132,7 +136,7 @@ impl Pack {
 
     fn vectors(&mut self, name: &str, vectors: &[[f32; 3]]) {
         if self.precision == Precision::Full {
-            return self.column(name, "f32", 3, bytes_of(vectors.as_flattened()).as_slice(), []);
+            return self.column(name, "f32", 3, &bytes_of(vectors.as_flattened()), []);
         }
         let finite = || vectors.iter().filter(|v| v.iter().all(|x| x.is_finite()));
         let fold = |start: f32, f: fn(f32, f32) -> f32| finite().fold([start; 3], |a, v| [0, 1, 2].map(|k| f(a[k], v[k])));

@@ -118,7 +118,7 @@ impl Shown {
 
     /// The particles of frame `number`.
     pub fn particles(&self, number: u32, precision: Precision) -> Result<Pack, Error> {
-        let points = self.folder.particles().read(number)?;
+        let points = self.folder.particles().read_particles(number)?;
         let mut pack = Pack::new(number, points.time, precision);
         pack.particles(&points)?;
         Ok(pack)

@@ -106,6 +106,7 @@ impl Workshop {
     pub fn bytes(&self, run: &str) -> BTreeMap<String, Vec<u8>> {
         let dir = self.path(run);
         let mut files: Vec<String> = names(&dir.join("frames")).iter().map(|n| format!("frames/{n}")).collect();
+        files.extend(names(&dir.join("particles")).iter().map(|n| format!("particles/{n}")));
         files.extend(names(&dir).into_iter().rfind(|n| n.starts_with("checkpoint_")));
         files.extend(["frozen.fis".into(), "last.png".into()]);
         files.into_iter().filter_map(|n| Some((n.clone(), fs::read(dir.join(&n)).ok()?))).collect()

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Frame, FrameError, ply};
+use super::{Frame, FrameError, ParticleFrame, ply};
 
 /// A folder that holds the frames of one run.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,11 +63,7 @@ impl FrameFolder {
     /// # Errors
     /// [`FrameError::Io`], [`FrameError::Length`], [`FrameError::Index`].
     pub fn write(&self, frame: &Frame) -> Result<PathBuf, FrameError> {
-        std::fs::create_dir_all(&self.folder).map_err(|source| FrameError::Io {
-            action: "create",
-            path: self.folder.clone(),
-            source,
-        })?;
+        self.make()?;
         let path = self.path(frame.number);
         ply::write(frame, &path)?;
         Ok(path)
@@ -81,12 +77,36 @@ impl FrameFolder {
         ply::time(&self.path(number))
     }
 
+    /// As [`write`](Self::write), for particles.
+    ///
+    /// # Errors
+    /// [`FrameError::Io`], [`FrameError::Length`].
+    pub fn write_particles(&self, frame: &ParticleFrame) -> Result<PathBuf, FrameError> {
+        self.make()?;
+        let path = self.path(frame.number);
+        frame.write(&path)?;
+        Ok(path)
+    }
+
+    fn make(&self) -> Result<(), FrameError> {
+        let failed = |source| FrameError::Io { action: "create", path: self.folder.clone(), source };
+        std::fs::create_dir_all(&self.folder).map_err(failed)
+    }
+
     /// Reads frame `number`.
     ///
     /// # Errors
     /// [`FrameError::Io`], [`FrameError::Format`], [`FrameError::Index`].
     pub fn read(&self, number: u32) -> Result<Frame, FrameError> {
         ply::read(&self.path(number))
+    }
+
+    /// Reads frame `number` of particles.
+    ///
+    /// # Errors
+    /// [`FrameError::Io`], [`FrameError::Format`].
+    pub fn read_particles(&self, number: u32) -> Result<ParticleFrame, FrameError> {
+        ParticleFrame::read(&self.path(number))
     }
 }
 

@@ -63,6 +63,24 @@ struct Column {
     name: String,
 }
 
+/// The numbers of one property, one for each vertex.
+pub(super) struct Values<'a> {
+    kind: Kind,
+    offset: usize,
+    stride: usize,
+    records: &'a [u8],
+}
+
+impl<'a> Values<'a> {
+    pub fn iter(&self) -> impl Iterator<Item = f64> + use<'a> {
+        let (kind, offset) = (self.kind, self.offset);
+        self.records.chunks_exact(self.stride).map(move |record| kind.get(&record[offset..]))
+    }
+}
+
+/// The properties of vertices by name.
+type Columns<'a> = Vec<(&'a str, Values<'a>)>;
+
 #[derive(Default)]
 pub(super) struct Header {
     /// How many bytes the header takes.
@@ -70,7 +88,7 @@ pub(super) struct Header {
     /// Frame number and time (s), if the comment line of ours is there.
     pub number: Option<u32>,
     pub time: f64,
-    vertices: usize,
+    pub vertices: usize,
     columns: Vec<Column>,
     faces: usize,
     list: Option<(Kind, Kind)>,
@@ -126,12 +144,24 @@ impl Header {
         Ok(header)
     }
 
-    /// Fills the vertex columns of `frame` from `body`, which begins where the header ends; gives what is left.
-    pub fn read_vertices<'a>(&self, body: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], String> {
+    /// The properties of the vertices in `body`, which begins where the header ends, and what is left of it.
+    pub fn columns<'a>(&'a self, body: &'a [u8]) -> Result<(Columns<'a>, &'a [u8]), String> {
         let stride = self.columns.iter().map(|c| c.kind.bytes()).sum::<usize>();
         let (body, rest) = (self.vertices.checked_mul(stride))
             .and_then(|length| body.split_at_checked(length))
             .ok_or_else(|| format!("the file ends inside its {} vertices", self.vertices))?;
+        let mut offset = 0;
+        let column = |c: &'a Column| {
+            let values = Values { kind: c.kind, offset, stride, records: body };
+            offset += c.kind.bytes();
+            (c.name.as_str(), values)
+        };
+        Ok((self.columns.iter().map(column).collect(), rest))
+    }
+
+    /// Fills the vertex columns of `frame` from `body`, which begins where the header ends; gives what is left.
+    pub fn read_vertices<'a>(&'a self, body: &'a [u8], frame: &mut Frame) -> Result<&'a [u8], String> {
+        let (columns, rest) = self.columns(body)?;
         let n = self.vertices;
         frame.positions = vec![[0.0; 3]; n];
         frame.normals = vec![[0.0; 3]; n];
@@ -140,10 +170,9 @@ impl Header {
         frame.id = (0..n as u32).collect();
         frame.inside = vec![0; n];
         frame.piece = vec![0; n];
-        let mut offset = 0;
-        for Column { kind, name } in &self.columns {
-            let values = body.chunks_exact(stride).map(|record| kind.get(&record[offset..])).enumerate();
-            match name.as_str() {
+        for (name, values) in columns {
+            let values = values.iter().enumerate();
+            match name {
                 "x" => values.for_each(|(k, v)| frame.positions[k][0] = v as f32),
                 "y" => values.for_each(|(k, v)| frame.positions[k][1] = v as f32),
                 "z" => values.for_each(|(k, v)| frame.positions[k][2] = v as f32),
@@ -159,7 +188,6 @@ impl Header {
                 "piece" => values.for_each(|(k, v)| frame.piece[k] = v as u32),
                 _ => {}
             }
-            offset += kind.bytes();
         }
         Ok(rest)
     }

@@ -2,18 +2,23 @@
 //!
 //! A [`Frame`] is a triangle surface whose attributes all live on vertices, because that is what readers keep: Blender
 //! drops face properties, meshio fails on binary PLY that has them. Crack faces have vertices of their own, so that
-//! they can carry their own normals and `inside = 1`. `ply` writes the file, `header` reads it, `folder` numbers.
+//! they can carry their own normals and `inside = 1`. `ply` writes the file, `header` reads it, `folder` numbers. A
+//! [`ParticleFrame`] has the particles of the same instant.
 
 mod folder;
 mod header;
-mod ply;
+mod particles;
+pub(crate) mod ply;
 #[cfg(test)]
 mod tests;
+mod tets;
 
 use std::path::PathBuf;
 
 pub use folder::FrameFolder;
+pub use particles::ParticleFrame;
 pub use ply::{from_bytes, read, to_bytes, write};
+pub use tets::TetFrame;
 
 /// The surface of all bodies at one time. Every vertex column has the same length, and column `k` of each belongs to
 /// vertex `k`.
@@ -33,7 +38,7 @@ pub struct Frame {
     pub id: Vec<u32>,
     /// 1 on crack faces, 0 on the skin the body began with.
     pub inside: Vec<u8>,
-    /// Which fragment the vertex belongs to.
+    /// Which fragment the vertex belongs to, under an id that lasts: of one that splits the heaviest part keeps it.
     pub piece: Vec<u32>,
     /// Simulated time (s).
     pub time: f64,
@@ -107,6 +112,14 @@ impl Frame {
             }
         }
         self.check_triangles()
+    }
+
+    /// How many fragments there are.
+    pub fn pieces(&self) -> usize {
+        let mut ids = self.piece.clone();
+        ids.sort_unstable();
+        ids.dedup();
+        ids.len()
     }
 
     fn check_triangles(&self) -> Result<(), FrameError> {

@@ -26,6 +26,8 @@ const PROPERTIES: [(&str, &str); 13] = [
     ("uchar", "inside"),
     ("uint", "piece"),
 ];
+/// What [`coloured`] frames have behind them.
+const COLOURS: [(&str, &str); 3] = [("uchar", "red"), ("uchar", "green"), ("uchar", "blue")];
 const VERTEX_BYTES: usize = 11 * 4 + 1 + 4;
 const FACE_BYTES: usize = 1 + 3 * 4;
 
@@ -34,16 +36,23 @@ const FACE_BYTES: usize = 1 + 3 * 4;
 /// # Errors
 /// [`FrameError::Length`] or [`FrameError::Index`] if the columns do not fit together.
 pub fn to_bytes(frame: &Frame) -> Result<Vec<u8>, FrameError> {
+    bytes(frame, &PROPERTIES, &|_| None)
+}
+
+/// As [`to_bytes`], with the red, green and blue of each vertex.
+pub(crate) fn coloured(frame: &Frame, colour: &dyn Fn(usize) -> [u8; 3]) -> Result<Vec<u8>, FrameError> {
+    bytes(frame, &[&PROPERTIES[..], &COLOURS].concat(), &|v| Some(colour(v)))
+}
+
+fn bytes(
+    frame: &Frame,
+    properties: &[(&str, &str)],
+    colour: &dyn Fn(usize) -> Option<[u8; 3]>,
+) -> Result<Vec<u8>, FrameError> {
     frame.check()?;
     let (vertices, faces) = (frame.positions.len(), frame.triangles.len());
-    let mut out = Vec::with_capacity(600 + vertices * VERTEX_BYTES + faces * FACE_BYTES);
-    out.extend_from_slice(b"ply\nformat binary_little_endian 1.0\n");
-    // {:?} prints the shortest decimal that reads back to the same bits.
-    out.extend_from_slice(format!("comment fissure frame {} time {:?} s\n", frame.number, frame.time).as_bytes());
-    out.extend_from_slice(format!("element vertex {vertices}\n").as_bytes());
-    for (kind, name) in PROPERTIES {
-        out.extend_from_slice(format!("property {kind} {name}\n").as_bytes());
-    }
+    let mut out = Vec::with_capacity(600 + vertices * (VERTEX_BYTES + 3) + faces * FACE_BYTES);
+    begin(&mut out, frame.number, frame.time, vertices, properties);
     out.extend_from_slice(format!("element face {faces}\nproperty list uchar int vertex_indices\n").as_bytes());
     out.extend_from_slice(b"end_header\n");
     for k in 0..vertices {
@@ -56,6 +65,7 @@ pub fn to_bytes(frame: &Frame) -> Result<Vec<u8>, FrameError> {
         out.extend_from_slice(&frame.id[k].to_le_bytes());
         out.push(frame.inside[k]);
         out.extend_from_slice(&frame.piece[k].to_le_bytes());
+        out.extend(colour(k).into_iter().flatten());
     }
     for corners in &frame.triangles {
         out.push(3);
@@ -64,6 +74,18 @@ pub fn to_bytes(frame: &Frame) -> Result<Vec<u8>, FrameError> {
         }
     }
     Ok(out)
+}
+
+/// The lines of a header up to the properties of its vertices.
+pub(crate) fn begin(out: &mut Vec<u8>, number: u32, time: f64, vertices: usize, properties: &[(&str, &str)]) {
+    // {:?} prints the shortest decimal that reads back to the same bits.
+    let mut text = format!(
+        "ply\nformat binary_little_endian 1.0\ncomment fissure frame {number} time {time:?} s\nelement vertex {vertices}\n"
+    );
+    for (kind, name) in properties {
+        text += &format!("property {kind} {name}\n");
+    }
+    out.extend_from_slice(text.as_bytes());
 }
 
 /// Writes `frame` to `path`, complete or not at all.

@@ -48,6 +48,36 @@ fn the_folder_lists_its_frames_in_order_and_passes_over_others() {
 }
 
 #[test]
+fn particles_come_back_bit_for_bit() {
+    let sample = ParticleFrame {
+        positions: vec![[0.0, 0.1, 0.2], [1.0, -0.0, 1e-30]],
+        velocity: vec![[0.0, -4.5, 0.0], [1.0, 2.0, 3.0]],
+        damage: vec![0.25, 1.0],
+        id: vec![16_777_217, u32::MAX],
+        piece: vec![0, 70_000],
+        body: vec![1, 0],
+        mass: vec![1e-6, 3.0],
+        volume: vec![8e-9, 0.0],
+        time: 0.1 + 0.2,
+        number: 12_345,
+    };
+    let dir = tempfile::tempdir().unwrap();
+    let folder = FrameFolder::new(dir.path().join("particles"));
+    assert_eq!(folder.write_particles(&sample).unwrap().file_name().unwrap(), "frame_12345.ply");
+    assert_eq!(folder.read_particles(12_345).unwrap(), sample);
+    let as_surface = folder.read(12_345).unwrap(); // what knows surfaces only sees points
+    assert_eq!((as_surface.positions.len(), as_surface.piece[1], as_surface.triangles.len()), (2, 70_000, 0));
+    let bytes = sample.to_bytes().unwrap();
+    assert!(String::from_utf8_lossy(&bytes).contains("property float width"));
+    assert_eq!(sample.width(0), 2e-3);
+    for length in 0..bytes.len() {
+        assert!(ParticleFrame::from_bytes(&bytes[..length], Path::new("cut.ply")).is_err(), "{length}");
+    }
+    let short = ParticleFrame { mass: vec![1.0], ..sample };
+    assert!(short.to_bytes().unwrap_err().to_string().contains("1 values of mass for 2 vertices"));
+}
+
+#[test]
 fn columns_that_do_not_fit_are_refused_by_name() {
     let mut frame = sample();
     frame.damage.pop();

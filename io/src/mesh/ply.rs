@@ -128,7 +128,7 @@ fn header(at: &mut Cursor) -> Result<Header, MeshError> {
         MeshError::content(at.path(), place, problem)
     })?;
     let lines = head.lines().filter(|l| l.starts_with("element") || l.starts_with("property")).count();
-    let named = header.elements.values().map(|e| 1 + e.properties.len()).sum();
+    let named: usize = header.elements.values().map(|e| 1 + e.properties.len()).sum();
     if lines != named {
         let problem = Problem::Unexpected {
             expected: "a header that names each element and property once".into(),

@@ -52,8 +52,16 @@ pub(super) fn of(scene: &Scene) -> u64 {
         hash.numbers(&[*height, *restitution, *friction]);
     }
     // when checkpoints are made changes nothing in the result, and is left out where a scene from before could not say it
-    let Output { frame_every, checkpoint_every, checkpoint_steps, checkpoint_minutes, keep, on_write_error, picture } =
-        output;
+    let Output {
+        frame_every,
+        checkpoint_every,
+        checkpoint_steps,
+        checkpoint_minutes,
+        keep,
+        on_write_error,
+        particles,
+        picture,
+    } = output;
     hash.numbers(&[*frame_every, *checkpoint_every]);
     hash.whole(u64::from(*keep));
     hash.picture(picture);
@@ -90,6 +98,9 @@ pub(super) fn of(scene: &Scene) -> u64 {
     }
     if *on_write_error == OnFailure::GoOn {
         hash.text("go_on");
+    }
+    if !particles {
+        hash.text("no particles");
     }
     hash.0.digest()
 }

@@ -447,6 +447,8 @@ pub struct Output {
     pub keep: u32,
     /// What a file that cannot be written does to the run.
     pub on_write_error: OnFailure,
+    /// Whether frames have their particles beside them.
+    pub particles: bool,
     /// The picture of the last frame.
     pub picture: Picture,
 }

@@ -367,6 +367,7 @@ fn output(top: &Reader<'_>, duration: f64) -> Result<Output, SceneError> {
             "go_on" => OnFailure::GoOn,
             _ => OnFailure::Stop,
         },
+        particles: r.get::<String>("particles")? == "on",
         picture: Picture {
             width: whole(&p, "width")?,
             height: whole(&p, "height")?,

@@ -101,6 +101,7 @@ checkpoint_every = 0.5
 checkpoint_minutes = 15
 on_write_error = "go_on"
 keep = 0
+particles = "off"
 
 [output.picture]
 width = 640
@@ -215,6 +216,7 @@ fn a_full_scene_is_read_to_the_last_key() {
         checkpoint_minutes: Some(15.0),
         keep: 0,
         on_write_error: OnFailure::GoOn,
+        particles: false,
         picture,
     };
     assert_eq!(s.output, output);
@@ -375,7 +377,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
         assert_ne!(scene.fingerprint(), before, "{} has no effect", key.path);
         count += 1;
     }
-    assert_eq!(count, 128, "keys that take a value");
+    assert_eq!(count, 129, "keys that take a value");
 }
 
 #[test]

@@ -13,6 +13,7 @@ use fissure_meshing::{TetMesh, TriMesh};
 use glam::DVec3;
 
 use super::colliders::{check_start, colliders};
+use super::pieces::Pieces;
 use super::solid::cells;
 use super::{Cells, Embedded, Fault, Simulation, SimulationError, Tets, regions, solid};
 use crate::scene::{self, Body, Horizon, Scene, SceneError, Source, SurfaceMode};
@@ -37,7 +38,7 @@ impl Simulation {
     /// Meshes, materials or numbers that do not work out, with what helps.
     pub fn build(scene: &Scene, registry: &Registry, tell: &mut dyn FnMut(&Making)) -> Result<Self, SimulationError> {
         scene.check(registry)?;
-        let mut simulation = Self { world: World::default(), meshes: Vec::new() };
+        let mut simulation = Self { world: World::default(), meshes: Vec::new(), pieces: Pieces::default() };
         for body in &scene.bodies {
             let making = match wants(scene, registry, body)? {
                 Wants::Bonds => simulation.add(scene, body, registry)?,
@@ -45,6 +46,7 @@ impl Simulation {
             };
             tell(&making);
         }
+        simulation.pieces = Pieces::new(simulation.meshes.iter().map(Embedded::cells_or_tets));
         simulation.set_up(scene)?;
         simulation.world.dt = simulation.step_length(scene)?;
         Ok(simulation)

@@ -1,5 +1,7 @@
 //! The surface of a body, which its particles carry along: that of tetrahedra, or that of the cells of a lattice.
 
+use std::borrow::Cow;
+
 use fissure_engine::{Body, Particles as All, Visitor};
 use fissure_meshing::crack::{CrackMesh, Surface};
 use fissure_meshing::lattice::{Facets, Follower, Lattice, Patchwork};
@@ -45,12 +47,10 @@ pub(crate) struct Moved<'a> {
     /// Positions of the mesh vertices [m] and their velocities [m/s].
     pub positions: &'a [DVec3],
     pub velocities: &'a [DVec3],
-    /// For each mesh vertex the vertex at rest, its fragment and its damage.
+    /// For each mesh vertex the vertex at rest, a tetrahedron or cell that it is a vertex of, and its damage.
     pub origin: &'a [u32],
-    pub piece: Vec<u32>,
+    pub cell: Vec<u32>,
     pub damage: Vec<f32>,
-    /// How many fragments there are.
-    pub fragments: usize,
 }
 
 impl Tets {
@@ -150,10 +150,25 @@ impl Embedded {
         }
     }
 
+    /// How many tetrahedra or finest cells there are.
+    pub(super) fn cells_or_tets(&self) -> usize {
+        match self {
+            Self::Tets(tets) => tets.mesh.tets().len(),
+            Self::Cells(cells) => cells.follower.cells(),
+        }
+    }
+
+    /// The particle of each tetrahedron or finest cell, counted from the body's first.
+    pub(super) fn particles<'a>(&self, body: &'a mut Body, all: &'a All) -> Cow<'a, [u32]> {
+        match self {
+            Self::Tets(_) => (0..body.range.len() as u32).collect(),
+            Self::Cells(_) => body.material.lattice(&all.of(&body.range)).map_or(&[][..], |pose| pose.carrier).into(),
+        }
+    }
+
     /// The surface after [`follow`](Self::follow), put into `with`.
     pub(super) fn moved<R>(&self, body: &mut Body, all: &All, with: impl FnOnce(Moved<'_>) -> R) -> R {
         let damage = &all.damage[body.range.clone()];
-        let (fragment, fragments) = self.fragments();
         let mean = |around: &mut dyn Iterator<Item = u32>| {
             let (sum, n) = around.fold((0.0, 0), |(sum, n), p| (sum + damage[p as usize], n + 1));
             sum / n.max(1) as f32
@@ -161,15 +176,13 @@ impl Embedded {
         match self {
             Self::Tets(Tets { mesh, skin, .. }) => {
                 let vertices = 0..mesh.origin().len() as u32;
-                let piece = |v| mesh.tets_around(v).last().map_or(0, |t| fragment[t as usize]);
                 with(Moved {
                     surface: &mesh.surface(),
                     positions: skin.positions(),
                     velocities: skin.velocities(),
                     origin: mesh.origin(),
-                    piece: vertices.clone().map(piece).collect(),
+                    cell: vertices.clone().map(|v| mesh.tets_around(v).last().unwrap_or(0)).collect(),
                     damage: vertices.map(|v| mean(&mut mesh.tets_around(v))).collect(),
-                    fragments,
                 })
             }
             Self::Cells(Cells { follower, patchwork, .. }) => {
@@ -183,9 +196,8 @@ impl Embedded {
                     positions: follower.positions(),
                     velocities: follower.velocities(),
                     origin: &patchwork.origin,
-                    piece: copies.clone().map(|v| fragment[patchwork.cells_of(v)[0] as usize]).collect(),
+                    cell: copies.clone().map(|v| patchwork.cells_of(v)[0]).collect(),
                     damage: copies.map(|v| mean(&mut nodes(v))).collect(),
-                    fragments,
                 })
             }
         }

@@ -13,6 +13,7 @@ mod colliders;
 mod embedded;
 mod error;
 mod frame;
+mod pieces;
 mod regions;
 mod restore;
 mod solid;
@@ -24,6 +25,7 @@ pub use embedded::{Cells, Embedded, Tets};
 pub use error::SimulationError;
 pub use solid::{Fault, Solid, fill, solid};
 
+use self::pieces::Pieces;
 use crate::checkpoint::Columns;
 
 /// A world with its embedded meshes.
@@ -32,6 +34,8 @@ pub struct Simulation {
     pub world: World,
     /// One surface per body, in the same order.
     pub meshes: Vec<Embedded>,
+    /// The fragments as of the last frame, under ids that last.
+    pieces: Pieces,
 }
 
 impl Simulation {
@@ -72,8 +76,19 @@ impl Simulation {
 
 impl Columns for Simulation {
     fn visit(&mut self, v: &mut Visitor<'_>) {
-        self.world.visit(v);
-        for (body, embedded) in self.world.bodies.iter().zip(&mut self.meshes) {
+        Nameless(self).visit(v);
+        self.pieces.visit(self.world.bodies.iter().map(|b| b.name.as_str()), v);
+    }
+}
+
+/// A simulation without the ids of fragments, as older checkpoints have it.
+struct Nameless<'s>(&'s mut Simulation);
+
+impl Columns for Nameless<'_> {
+    fn visit(&mut self, v: &mut Visitor<'_>) {
+        let Simulation { world, meshes, .. } = &mut *self.0;
+        world.visit(v);
+        for (body, embedded) in world.bodies.iter().zip(meshes) {
             embedded.visit(&body.name, v);
         }
     }

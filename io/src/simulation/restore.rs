@@ -6,7 +6,8 @@ use glam::DVec3;
 
 use super::build::{follow, set_contact, wants};
 use super::colliders::colliders;
-use super::{Cells, Embedded, Simulation, SimulationError, Tets};
+use super::pieces::{self, Pieces};
+use super::{Cells, Embedded, Nameless, Simulation, SimulationError, Tets};
 use crate::checkpoint::Latest;
 use crate::scene::Scene;
 
@@ -18,7 +19,7 @@ impl Simulation {
     /// Files that do not belong to this scene, or are damaged.
     pub fn restore(scene: &Scene, registry: &Registry, latest: &Latest) -> Result<Self, SimulationError> {
         scene.check(registry)?;
-        let mut simulation = Self { world: World::default(), meshes: Vec::new() };
+        let mut simulation = Self { world: World::default(), meshes: Vec::new(), pieces: Pieces::default() };
         for body in &scene.bodies {
             let lengths = latest.frozen.column::<f64>(&format!("bodies/{}", body.name), "spacing_and_horizon")?;
             let &[spacing, horizon] = lengths else {
@@ -48,10 +49,16 @@ impl Simulation {
         simulation.world.gravity = scene.gravity;
         simulation.world.colliders = colliders(scene, false)?;
         set_contact(scene, &mut simulation.world);
-        latest.live.restore(&mut simulation, &latest.frozen)?;
+        if latest.live.find(pieces::SCOPE, pieces::NEXT).is_ok() {
+            simulation.pieces = Pieces::new(vec![0; scene.bodies.len()]);
+            latest.live.restore(&mut simulation, &latest.frozen)?;
+        } else {
+            latest.live.restore(&mut Nameless(&mut simulation), &latest.frozen)?;
+            simulation.pieces = Pieces::new(simulation.meshes.iter().map(Embedded::cells_or_tets));
+        }
         simulation.check(latest)?;
         simulation.world.colliders.iter_mut().for_each(Collider::prepare);
-        let Simulation { world, meshes } = &mut simulation;
+        let Simulation { world, meshes, .. } = &mut simulation;
         for (body, embedded) in world.bodies.iter_mut().zip(meshes) {
             if !embedded.restored(body, &world.particles) {
                 let message = format!(
@@ -94,6 +101,9 @@ impl Simulation {
             if !embedded.consistent(body) {
                 return Err(bad(format!("the surface of body `{}` contradicts itself", body.name)));
             }
+        }
+        if !self.pieces.consistent(&self.meshes) {
+            return Err(bad("the ids of fragments contradict the bodies".into()));
         }
         for collider in &self.world.colliders {
             if !collider.consistent() {

@@ -106,6 +106,13 @@ pub(super) const KEYS: &[Key] = &[
         Toml("'stop'"),
         "what a frame or checkpoint that cannot be written does to the run; the last checkpoint stays",
     ),
+    of(
+        "output.particles",
+        Word(&["on", "off"]),
+        "",
+        Toml("'on'"),
+        "whether the particles of each frame are written, beside the surface",
+    ),
     of("output.picture", Table, "", Said("all defaults"), "the picture of the last frame"),
     of("output.picture.width", Whole(16, 8192), "px", Toml("1280"), "width of the picture"),
     of("output.picture.height", Whole(16, 8192), "px", Toml("720"), "height of the picture"),
