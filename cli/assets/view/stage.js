@@ -18,7 +18,9 @@ export class Stage {
   #controls;
   #light = keyLight();
   #ground = ground();
-  #dirty = true;
+  /** Nothing is drawn before there is something to look at. */
+  #dirty = false;
+  #ready = false;
   #opening = 28;
   #height;
   #slow = 0;
@@ -50,7 +52,7 @@ export class Stage {
 
   /** Asks for a picture; `shadows` too where things have moved. */
   redraw(shadows = false) {
-    this.#dirty = true;
+    this.#dirty = this.#ready;
     if (shadows) this.#renderer.shadowMap.needsUpdate = true;
   }
 
@@ -64,6 +66,7 @@ export class Stage {
     const [a, b] = [new THREE.Vector3(...low), new THREE.Vector3(...high)];
     const middle = a.clone().add(b).multiplyScalar(0.5);
     const radius = Math.max(a.distanceTo(b) / 2, 1e-9);
+    this.#ready = true;
     this.#opening = given?.opening ?? 28;
     if (given) {
       this.#camera.position.set(...given.eye);

@@ -135,7 +135,10 @@ mod tests {
 
     #[test]
     fn nothing_ends_a_script_before_its_time() {
-        assert_eq!(script("application/json", "a", "\"</script>\""), "<script type=\"application/json\" id=\"a\">\"\\u003c/script>\"</script>\n");
+        assert_eq!(
+            script("application/json", "a", "\"</script>\""),
+            "<script type=\"application/json\" id=\"a\">\"\\u003c/script>\"</script>\n"
+        );
         assert_eq!(script("text/plain", "b", "x</script>").matches("</script").count(), 1);
     }
 }

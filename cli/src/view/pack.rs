@@ -91,14 +91,7 @@ impl Pack {
         bytes
     }
 
-    fn column<const N: usize>(
-        &mut self,
-        name: &str,
-        kind: &str,
-        per: usize,
-        bytes: &[u8],
-        more: [(&str, Value); N],
-    ) {
+    fn column<const N: usize>(&mut self, name: &str, kind: &str, per: usize, bytes: &[u8], more: [(&str, Value); N]) {
         let size = match kind {
             "u8" => 1,
             "u16" => 2,
@@ -139,12 +132,14 @@ impl Pack {
             return self.column(name, "f32", 3, &bytes_of(vectors.as_flattened()), []);
         }
         let finite = || vectors.iter().filter(|v| v.iter().all(|x| x.is_finite()));
-        let fold = |start: f32, f: fn(f32, f32) -> f32| finite().fold([start; 3], |a, v| [0, 1, 2].map(|k| f(a[k], v[k])));
+        let fold =
+            |start: f32, f: fn(f32, f32) -> f32| finite().fold([start; 3], |a, v| [0, 1, 2].map(|k| f(a[k], v[k])));
         let (low, high) = (fold(f32::INFINITY, f32::min), fold(f32::NEG_INFINITY, f32::max));
         let low = low.map(|x| if x.is_finite() { f64::from(x) } else { 0.0 });
         let step = [0, 1, 2].map(|k| ((f64::from(high[k]) - low[k]) / f64::from(u16::MAX)).max(1e-30));
         let place = |v: &[f32; 3], k: usize| ((f64::from(v[k]) - low[k]) / step[k]).round() as u16;
-        let bytes: Vec<u8> = vectors.iter().flat_map(|v| [0, 1, 2].map(|k| place(v, k).to_le_bytes())).flatten().collect();
+        let bytes: Vec<u8> =
+            vectors.iter().flat_map(|v| [0, 1, 2].map(|k| place(v, k).to_le_bytes())).flatten().collect();
         self.column(name, "u16", 3, &bytes, [("step", json!(step)), ("from", json!(low))]);
     }
 
@@ -153,7 +148,8 @@ impl Pack {
     fn normals(&mut self, name: &str, normals: &[[f32; 3]]) {
         if self.precision == Precision::Full {
             let side = |c: f32| (32767.0 + 32767.0 * c).round() as u16;
-            let bytes: Vec<u8> = normals.iter().flat_map(|&n| octahedral(n).map(|c| side(c).to_le_bytes())).flatten().collect();
+            let bytes: Vec<u8> =
+                normals.iter().flat_map(|&n| octahedral(n).map(|c| side(c).to_le_bytes())).flatten().collect();
             self.column(name, "u16", 2, &bytes, []);
         } else {
             let side = |c: f32| (127.0 + 127.0 * c).round() as u8;

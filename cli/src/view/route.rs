@@ -67,11 +67,33 @@ mod tests {
     #[test]
     fn all_others_lead_nowhere() {
         for target in [
-            "", "/", "secret/", "/secret", "/Secret/", "/secre/", "/secrets/", "/secret//", "//secret/", "/secret/?x",
-            "/secret/../secret/", "/secret/scene.toml", "/secret/../../etc/passwd", "/secret/%2e%2e/scene.toml",
-            "/secret/frame/2/0", "/secret/frame/0/01", "/secret/frame/0/+1", "/secret/frame/0/-1", "/secret/frame/0/",
-            "/secret/frame/0/4294967296", "/secret/frame/0/1/", "/secret/frame/0/..", "/secret/frame/0/1%00",
-            "/secret/frame/0/\u{661}", "/secret/series/1/0", "/secret/series/", "http://127.0.0.1/secret/",
+            "",
+            "/",
+            "secret/",
+            "/secret",
+            "/Secret/",
+            "/secre/",
+            "/secrets/",
+            "/secret//",
+            "//secret/",
+            "/secret/?x",
+            "/secret/../secret/",
+            "/secret/scene.toml",
+            "/secret/../../etc/passwd",
+            "/secret/%2e%2e/scene.toml",
+            "/secret/frame/2/0",
+            "/secret/frame/0/01",
+            "/secret/frame/0/+1",
+            "/secret/frame/0/-1",
+            "/secret/frame/0/",
+            "/secret/frame/0/4294967296",
+            "/secret/frame/0/1/",
+            "/secret/frame/0/..",
+            "/secret/frame/0/1%00",
+            "/secret/frame/0/\u{661}",
+            "/secret/series/1/0",
+            "/secret/series/",
+            "http://127.0.0.1/secret/",
         ] {
             assert_eq!(Route::of(target, "secret", 2), None, "{target}");
         }

@@ -119,7 +119,9 @@ impl Shared {
             return Answer::refusal("404 Not Found", "There is nothing here; give the whole address that was printed.");
         };
         let answered = match route {
-            Route::Asset(asset) => Ok(Answer { status: "200 OK", kind: asset.kind, body: asset.text().into_owned().into() }),
+            Route::Asset(asset) => {
+                Ok(Answer { status: "200 OK", kind: asset.kind, body: asset.text().into_owned().into() })
+            }
             Route::Runs => shown::listing(&self.runs).map(Answer::json),
             Route::Series { run } => self.runs[run].series().map(Answer::text),
             Route::Frame { run, number } => self.runs[run].frame(number, FULL).map(Answer::binary),

@@ -12,6 +12,7 @@
 //! | `refusing` | bad input: one sentence, exit code 2, nothing half-written |
 //! | `figures` | figures 9 to 13 of Chen et al. against references: table, plot, and going on with them |
 //! | `lattices` | bodies made of cells: run, resumed, compared, drawn |
+//! | `viewing` | the page of `view`: what it serves, and to whom |
 //! | `meshes` | meshes that other people made (`FISSURE_MESHES`) |
 
 mod colliders;
@@ -26,4 +27,5 @@ mod parameters;
 mod refusing;
 mod resuming;
 mod running;
+mod viewing;
 mod workshop;
