@@ -74,13 +74,37 @@ pub(crate) enum Command {
         /// A part of the key, e.g. anchor
         part: Option<String>,
     },
-    /// Draw a frame of a run as PNG
+    /// Draw frames of a run: PNG, or a film as GIF or animated PNG
+    #[command(after_help = "Examples:\n  fissure render runs/vase --frame 12 --color damage\n  \
+        fissure render runs/vase --all\n  fissure render runs/vase --film vase.gif --size 640x360 --every 2")]
     Render(RenderArgs),
     /// Show a run, or two side by side, on a page in the browser, also while it runs
     #[command(after_help = "Examples:\n  fissure view runs/vase --open\n  fissure view runs/before runs/after\n\n\
         The page is served to this machine only, at the address that is printed. `fissure export RUN --to html` makes a \
         file of it.")]
     View(ViewArgs),
+    /// Draw what a run measured over time: energies, broken bonds, fragments, where the time went
+    #[command(after_help = "Examples:\n  fissure plot runs/vase\n  fissure plot runs/vase --out vase.svg")]
+    Plot(PlotArgs),
+    /// Say before a run what it will be: particles, bonds, memory, time step, steps and about how long
+    #[command(after_help = "Example:\n  fissure check scenes/vase.toml --set body.vase.tets=300000")]
+    Check(CheckArgs),
+    /// Print the JSON Schema of scene files, with which editors complete and check them
+    #[command(after_help = "Example:\n  fissure schema > fissure.json, and as the first line of a scene: \
+        #:schema ./fissure.json")]
+    Schema,
+    /// Print the completions for a shell
+    #[command(after_help = "Example:\n  fissure completions bash > ~/.local/share/bash-completion/completions/fissure")]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual: a page for the program and one for each command
+    #[command(after_help = "Example:\n  fissure man ~/.local/share/man/man1, then: man fissure-run")]
+    Man {
+        /// The folder for the pages
+        out: PathBuf,
+    },
     /// Time the step on this machine, and say how near it is to what the memory allows
     Bench(BenchArgs),
     /// Say what differs between two runs, checkpoints or scenes; exit code 0: the same, 1: differs, 2: trouble
@@ -101,6 +125,9 @@ pub(crate) struct RunArgs {
     /// Change a key of the scene, e.g. body.vase.tets=300000
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    /// Draw a small picture of every frame, into the folder `preview`
+    #[arg(long)]
+    pub preview: bool,
     /// Print nothing but errors
     #[arg(long)]
     pub quiet: bool,
@@ -134,14 +161,56 @@ pub(crate) struct RenderArgs {
     /// The run folder
     pub dir: PathBuf,
     /// The frame [default: the last]
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["all", "film"])]
     pub frame: Option<u32>,
+    /// Every frame, into the folder `pictures` of the run or that of --out
+    #[arg(long)]
+    pub all: bool,
+    /// One moving picture of all frames: a .gif, or a .png that moves (APNG)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["all", "out"])]
+    pub film: Option<PathBuf>,
+    /// The same as --film RUN/film.gif
+    #[arg(long, conflicts_with_all = ["all", "out", "film", "frame"])]
+    pub gif: bool,
+    /// With --all and --film: only every so manyth frame
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub every: u32,
+    /// With --film: pictures per second [default: those of the run, at most 50]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub fps: Option<f64>,
     /// The picture to write [default: frame_NNNN.png in the run folder]
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// What gives the colour
     #[arg(long, value_parser = ["material", "damage", "speed", "piece"])]
     pub color: Option<String>,
+    /// Width and height in pixels, e.g. 640x360 [default: those of the scene]
+    #[arg(long, value_name = "WxH")]
+    pub size: Option<String>,
+}
+
+#[derive(Group)]
+pub(crate) struct PlotArgs {
+    /// The run folder
+    pub dir: PathBuf,
+    /// The file to write, by its ending: .png, .svg or .csv [default: plot.png in the run folder]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Group)]
+pub(crate) struct CheckArgs {
+    /// The scene file (TOML)
+    pub scene: PathBuf,
+    /// Change a key of the scene, e.g. body.vase.tets=300000
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Number of threads [default: all]
+    #[arg(long, allow_negative_numbers = true)]
+    pub threads: Option<usize>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Group)]

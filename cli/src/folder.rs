@@ -8,7 +8,9 @@
 //! frames/frame_0000.ply    the surfaces
 //! particles/frame_0000.ply the particles, unless `output.particles` is off
 //! colliders/frame_0000.ply those of the colliders, if the scene has any but planes
+//! series.csv               what was measured at each frame
 //! last.png                 the last frame
+//! preview/frame_0000.png   small pictures, with `--preview`
 //! compare.png              ours against references, if the scene has `[[compare]]` with curves or fields
 //! compare_1.csv            ours, in the form of the reference; energies.csv too, where their sum is compared
 //! reference_1.csv          the reference
@@ -101,9 +103,19 @@ impl RunFolder {
         self.dir.join("last.png")
     }
 
+    /// The small picture of frame `number`.
+    pub fn preview(&self, number: u32) -> PathBuf {
+        self.dir.join("preview").join(format!("frame_{number:04}.png"))
+    }
+
     /// The plot of ours against references.
     pub fn comparison(&self) -> PathBuf {
         self.dir.join("compare.png")
+    }
+
+    /// What was measured at each frame.
+    pub fn series(&self) -> PathBuf {
+        self.dir.join("series.csv")
     }
 
     /// The frames.

@@ -4,6 +4,7 @@
 
 mod args;
 mod bench;
+mod check;
 mod compare;
 mod diff;
 mod error;
@@ -14,10 +15,13 @@ mod keys;
 mod log;
 mod materials;
 mod mesh;
+mod plot;
 mod progress;
 mod render;
 mod run;
 mod say;
+mod schema;
+mod shell;
 mod verify;
 mod view;
 
@@ -71,6 +75,11 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Materials { name } => materials::command(name.as_deref(), registry),
         Command::Keys { part } => keys::command(part.as_deref()),
         Command::Render(options) => render::command(&options),
+        Command::Plot(options) => plot::command(&options),
+        Command::Check(options) => check::command(&options, registry),
+        Command::Schema => schema::command(registry),
+        Command::Completions { shell } => Ok(shell::completions(shell)),
+        Command::Man { out } => shell::manual(&out),
         Command::Export { checkpoint, to, out } => export::command(&checkpoint, &to, out),
         Command::Verify { path } => verify::command(&path),
         Command::View(options) => view::command(&options),

@@ -48,7 +48,7 @@ pub enum Outcome {
 
 impl RunOptions {
     fn quiet(&self) -> RunArgs {
-        RunArgs { until: self.until, threads: self.threads, set: self.set.clone(), quiet: true, json: false }
+        RunArgs { until: self.until, threads: self.threads, set: self.set.clone(), quiet: true, ..RunArgs::default() }
     }
 }
 
@@ -103,7 +103,10 @@ fn catch_interrupt() {
     let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
 }
 
-fn in_threads<T: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<T, Error> + Send) -> Result<T, Error> {
+pub(crate) fn in_threads<T: Send>(
+    threads: Option<usize>,
+    work: impl FnOnce() -> Result<T, Error> + Send,
+) -> Result<T, Error> {
     if threads == Some(0) {
         return Err(Error::Usage("--threads must be 1 or more".into()));
     }
@@ -185,7 +188,7 @@ fn go_on(dir: &Path, force: bool, options: &RunArgs, registry: &Registry) -> Res
     comparison.restore(folder.dir(), &simulation);
     latest.skipped.iter().for_each(|e| log.say(&format!("passed over: {e}")));
     let mut driver = Driver::new(folder, log, scene, simulation, comparison, store, options)?;
-    driver.go_on_from(notes);
+    driver.go_on_from(notes)?;
     let (step, time) = (driver.simulation.world.step, driver.simulation.world.time);
     let what = format!("{} ({})", called(&driver.scene), dir.display());
     if step >= driver.last {

@@ -24,6 +24,7 @@ pub trait LawIn<L: Lane>: Send + Sync {
     fn elastic_extension(&self, b: &Bond<L>, memory: &[L]) -> L;
     fn gauge(&self, b: &Bond<L>) -> L;
     fn bond_energy(&self, b: &Bond<L>, memory: &[L]) -> L;
+    fn norm_share(&self, b: &Bond<L>, memory: &[L]) -> L;
 }
 
 /// A law in every lane.
@@ -37,6 +38,7 @@ pub trait DynLaw: LawIn<f32> + LawIn<f64> + LawIn<wide::f32x8> {
     fn has_energy(&self) -> bool;
     fn influence(&self, middle: DVec3, xi: DVec3, horizon: f64) -> f64;
     fn theta_energy(&self, theta: f64) -> f64;
+    fn tally(&self, norm: f64, inv_m: f64) -> f64;
 }
 
 /// What a criterion answers in one lane.
@@ -75,6 +77,9 @@ impl<L: Lane, T: BondLaw<M>, const M: usize> LawIn<L> for Kept<T, M> {
     fn bond_energy(&self, b: &Bond<L>, memory: &[L]) -> L {
         self.0.bond_energy(b, first(memory))
     }
+    fn norm_share(&self, b: &Bond<L>, memory: &[L]) -> L {
+        self.0.norm_share(b, first(memory))
+    }
 }
 
 fn first<L: Copy, const M: usize>(memory: &[L]) -> [L; M] {
@@ -106,6 +111,9 @@ impl<T: BondLaw<M>, const M: usize> DynLaw for Kept<T, M> {
     fn theta_energy(&self, theta: f64) -> f64 {
         self.0.theta_energy(theta)
     }
+    fn tally(&self, norm: f64, inv_m: f64) -> f64 {
+        self.0.tally(norm, inv_m)
+    }
 }
 
 impl<L: Lane, C: Criterion> CriterionIn<L> for C {
@@ -132,13 +140,14 @@ impl Part {
     }
 }
 
-/// A law of any type as one that remembers `M` numbers, of which it uses the first.
-pub struct AnyLaw<const M: usize>(pub(crate) Box<dyn DynLaw>);
+/// A law of any type as one that remembers `M` numbers, of which it uses the first; `FAMILY` if one of the body's laws sums over
+/// its family.
+pub struct AnyLaw<const M: usize, const FAMILY: bool>(pub(crate) Box<dyn DynLaw>);
 
 /// The names of memory that belongs to another law in every region.
 const SLOTS: [&str; MOST_MEMORY] = ["first", "second", "third", "fourth"];
 
-impl<const M: usize> BondLaw<M> for AnyLaw<M> {
+impl<const M: usize, const FAMILY: bool> BondLaw<M> for AnyLaw<M, FAMILY> {
     const NAME: &'static str = "several";
     const SUMMARY: &'static str = "the laws of several regions";
     const PARAMETERS: &'static [Parameter] = &[];
@@ -151,6 +160,8 @@ impl<const M: usize> BondLaw<M> for AnyLaw<M> {
         }
         columns
     };
+    const NEEDS_NORM: bool = FAMILY;
+    const TALLY: Option<Column> = if FAMILY { Some(Column::live("tally", "of its law", Of::Particle)) } else { None };
     const SEVERAL: bool = true;
 
     fn from_params(_: &Params, _: &Surroundings) -> Result<Self, ParamError> {
@@ -192,6 +203,12 @@ impl<const M: usize> BondLaw<M> for AnyLaw<M> {
     }
     fn bond_energy<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
         L::law(&*self.0).bond_energy(b, &memory)
+    }
+    fn norm_share<L: Lane>(&self, b: &Bond<L>, memory: [L; M]) -> L {
+        L::law(&*self.0).norm_share(b, &memory)
+    }
+    fn tally(&self, norm: f64, inv_m: f64) -> f64 {
+        self.0.tally(norm, inv_m)
     }
     fn theta_energy(&self, theta: f64) -> f64 {
         self.0.theta_energy(theta)

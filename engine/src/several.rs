@@ -67,18 +67,17 @@ impl Registry {
             (fracture.part)(&params, &limits, at).map_err(|e| (k, e))
         };
         let parts = parts.iter().enumerate().map(make).collect::<Result<Vec<Part>, _>>()?;
-        if let Some(k) = parts.iter().position(|p| p.law.counts_as_a_family()) {
-            let message = "this law sums over whole families, which a body of several regions does not do; give it a body of its own";
-            return Err((k, ParamError::new("law", message.into())));
-        }
         let memory = parts.iter().map(|p| p.law.memory()).enumerate().max_by_key(|(_, m)| *m);
         let h = at.horizon;
-        Ok(match memory.expect("a body has a region") {
-            (_, 0) => several::<0>(parts, strength, regions, h),
-            (_, 1) => several::<1>(parts, strength, regions, h),
-            (_, 2) => several::<2>(parts, strength, regions, h),
-            (_, 3..=MOST_MEMORY) => several::<MOST_MEMORY>(parts, strength, regions, h),
-            (k, m) => {
+        let family = parts.iter().any(|p| p.law.counts_as_a_family());
+        Ok(match (memory.expect("a body has a region"), family) {
+            ((_, 0), false) => several::<0, false>(parts, strength, regions, h),
+            ((_, 1), false) => several::<1, false>(parts, strength, regions, h),
+            ((_, 2), false) => several::<2, false>(parts, strength, regions, h),
+            ((_, 3..=MOST_MEMORY), false) => several::<MOST_MEMORY, false>(parts, strength, regions, h),
+            ((_, 0..=1), true) => several::<1, true>(parts, strength, regions, h),
+            ((_, 2..=MOST_MEMORY), true) => several::<MOST_MEMORY, true>(parts, strength, regions, h),
+            ((k, m), _) => {
                 let message = format!(
                     "a law that remembers {m} numbers per bond cannot be in a body of several regions; at most {MOST_MEMORY}"
                 );
@@ -88,7 +87,12 @@ impl Registry {
     }
 }
 
-fn several<const M: usize>(parts: Vec<Part>, strength: Vec<f64>, regions: Vec<u8>, horizon: f64) -> Box<dyn Material> {
-    let (laws, criteria) = parts.into_iter().map(|p| (AnyLaw::<M>(p.law), AnyCriterion(p.criterion))).unzip();
-    Box::new(Peridynamic::<AnyLaw<M>, AnyCriterion, M>::several(laws, criteria, strength, regions, horizon))
+fn several<const M: usize, const FAMILY: bool>(
+    parts: Vec<Part>,
+    strength: Vec<f64>,
+    regions: Vec<u8>,
+    horizon: f64,
+) -> Box<dyn Material> {
+    let (laws, criteria) = parts.into_iter().map(|p| (AnyLaw::<M, FAMILY>(p.law), AnyCriterion(p.criterion))).unzip();
+    Box::new(Peridynamic::<AnyLaw<M, FAMILY>, AnyCriterion, M>::several(laws, criteria, strength, regions, horizon))
 }

@@ -11,4 +11,5 @@ pub mod mesh;
 pub mod picture;
 pub mod plot;
 pub mod scene;
+pub mod series;
 pub mod simulation;

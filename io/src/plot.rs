@@ -1,5 +1,5 @@
-//! Plots of curves over axes as pictures: `plotters` lays them out, and draws on pixels of ours with a font that is
-//! compiled in, so a plot needs nothing of the system and is the same everywhere.
+//! Plots of curves over axes: `plotters` lays them out. Pictures are drawn on pixels of ours with a font that is compiled in, so
+//! they need nothing of the system and are the same everywhere; the same plot as SVG stays sharp at any size.
 
 mod canvas;
 
@@ -48,33 +48,60 @@ pub struct Curve {
 }
 
 /// Black for references, then colours that people with colour blindness tell apart (Okabe and Ito 2008).
-pub const COLOURS: [RGBColor; 5] =
-    [RGBColor(40, 40, 40), RGBColor(213, 94, 0), RGBColor(0, 114, 178), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
+pub const COLOURS: [RGBColor; 7] = [
+    RGBColor(40, 40, 40),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 114, 178),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+];
 
 /// Size of a panel, and height of the headline (pixels).
 const PANEL: (u32, u32) = (760, 480);
 const HEADLINE: u32 = 44;
 
-type Fault = DrawingAreaErrorKind<std::convert::Infallible>;
-type Area<'a> = DrawingArea<Canvas<'a>, Shift>;
+type Fault<B> = DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>;
+type Area<B> = DrawingArea<B, Shift>;
 
 impl Figure {
     /// Draws the figure.
     pub fn draw(&self) -> Image {
+        let (cells, width, height) = self.layout();
+        let mut pixels = vec![255; canvas::bytes(width, height)];
+        let drawn = self.draw_on(&Canvas::new(&mut pixels, width, height).into_drawing_area(), cells);
+        drawn.expect("the canvas takes whatever is drawn");
+        canvas::develop(&pixels, width, height)
+    }
+
+    /// The figure as the text of an SVG file.
+    pub fn svg(&self) -> String {
+        let (cells, width, height) = self.layout();
+        let (fine_width, fine_height) = (canvas::pixels(width), canvas::pixels(height));
+        let mut text = String::new();
+        {
+            let area = SVGBackend::with_string(&mut text, (fine_width, fine_height)).into_drawing_area();
+            let drawn = area.fill(&WHITE).and_then(|()| self.draw_on(&area, cells));
+            drawn.expect("a text takes whatever is drawn");
+        }
+        // laid out twice as large as the picture is to be shown, as the pixels are
+        let fine = format!("width=\"{fine_width}\" height=\"{fine_height}\"");
+        text.replacen(&fine, &format!("width=\"{width}\" height=\"{height}\""), 1)
+    }
+
+    /// Rows and columns of panels, and the size of the whole.
+    fn layout(&self) -> ((usize, usize), u32, u32) {
         let columns = match self.panels.len() {
             0 | 1 => 1,
             2 | 4 => 2,
             _ => 3,
         };
         let rows = self.panels.len().div_ceil(columns).max(1);
-        let (width, height) = (PANEL.0 * columns as u32, PANEL.1 * rows as u32 + HEADLINE);
-        let mut pixels = vec![255; canvas::bytes(width, height)];
-        let drawn = self.draw_on(&Canvas::new(&mut pixels, width, height).into_drawing_area(), (rows, columns));
-        drawn.expect("the canvas takes whatever is drawn");
-        canvas::develop(&pixels, width, height)
+        ((rows, columns), PANEL.0 * columns as u32, PANEL.1 * rows as u32 + HEADLINE)
     }
 
-    fn draw_on(&self, area: &Area<'_>, cells: (usize, usize)) -> Result<(), Fault> {
+    fn draw_on<B: DrawingBackend>(&self, area: &Area<B>, cells: (usize, usize)) -> Result<(), Fault<B>> {
         let (head, body) = area.split_vertically(canvas::pixels(HEADLINE));
         let style = font(true).pos(centred());
         let (width, height) = head.dim_in_pixel();
@@ -87,7 +114,7 @@ impl Figure {
 }
 
 impl Panel {
-    fn draw_on<'a>(&self, area: &Area<'a>) -> Result<(), Fault> {
+    fn draw_on<B: DrawingBackend>(&self, area: &Area<B>) -> Result<(), Fault<B>> {
         let px = canvas::pixels;
         let (left, bottom, margin) = (px(84), px(52), px(14));
         let inner = (PANEL.0 - 84 - 28, PANEL.1 - 52 - 28 - 34);
@@ -118,7 +145,7 @@ impl Panel {
 
     /// Names beside a sample of their curves, in a corner: at the right or left, at the top or bottom. That of `plotters`
     /// measures its text without asking the canvas.
-    fn legend(&self, area: &Area<'_>, (right, top): (bool, bool)) -> Result<(), Fault> {
+    fn legend<B: DrawingBackend>(&self, area: &Area<B>, (right, top): (bool, bool)) -> Result<(), Fault<B>> {
         let named: Vec<&Curve> = self.curves.iter().filter(|c| !c.name.is_empty()).collect();
         let px = |n: u32| canvas::pixels(n) as i32;
         let mut width = 0;
@@ -188,10 +215,10 @@ impl Panel {
 }
 
 impl Curve {
-    fn draw_on<'a>(
+    fn draw_on<B: DrawingBackend>(
         &self,
-        chart: &mut ChartContext<'a, Canvas<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>,
-    ) -> Result<(), Fault> {
+        chart: &mut ChartContext<'_, B, Cartesian2d<RangedCoordf64, RangedCoordf64>>,
+    ) -> Result<(), Fault<B>> {
         let px = canvas::pixels;
         let points = self.points.iter().filter(|p| p[0].is_finite() && p[1].is_finite()).map(|p| (p[0], p[1]));
         if self.dots {

@@ -1,6 +1,7 @@
 //! Small bodies that the integration tests share.
 
 pub mod bar;
+pub mod counting;
 pub mod given;
 pub mod grains;
 pub mod scene;

@@ -1,44 +1,13 @@
 //! A step after the first allocates nothing, also while bonds break. Alone in its binary, because it counts.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use fissure_engine::contact::Mesh;
-use fissure_engine::{Anchor, Collider, Integrator, Relax, Shape, World};
+use fissure_engine::{Anchor, Collider, Integrator, Relax, Shape};
+use fissure_tests::counting::{Counting, allocations};
 use fissure_tests::{Block, block};
 use glam::{DQuat, DVec3};
 
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: passes everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::SeqCst);
-        // SAFETY: passed on.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, ptr: *mut u8, layout: Layout) {
-        // SAFETY: passed on.
-        unsafe { System.dealloc(ptr, layout) }
-    }
-}
-
 #[global_allocator]
 static COUNTING: Counting = Counting;
-
-fn allocations_after_the_first_step(world: &mut World, steps: usize) -> usize {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-    // a worker thread that starts late would be counted
-    pool.broadcast(|_| ());
-    pool.install(|| {
-        world.step().unwrap();
-        let before = ALLOCATIONS.load(Ordering::SeqCst);
-        (0..steps).for_each(|_| world.step().unwrap());
-        ALLOCATIONS.load(Ordering::SeqCst) - before
-    })
-}
 
 #[test]
 fn a_step_after_the_first_allocates_nothing() {
@@ -56,7 +25,7 @@ fn a_step_after_the_first_allocates_nothing() {
         let hull = Shape::Mesh(Mesh::hull(&corners).unwrap());
         world.colliders.push(Collider { position: DVec3::new(-1.1, -0.2, 0.0), ..Collider::new("hull", hull) });
         world.particles.velocity.iter_mut().for_each(|v| *v = DVec3::NEG_Y * 4.0);
-        assert_eq!(allocations_after_the_first_step(&mut world, 100), 0, "{integrator:?}");
+        assert_eq!(allocations(1, 100, || world.step().unwrap()), 0, "{integrator:?}");
         assert!(world.bond_counts().1 > 1000, "nothing broke");
     }
     // every step an equilibrium of a block that hangs by one side, which moves up
@@ -70,6 +39,6 @@ fn a_step_after_the_first_allocates_nothing() {
     let up = DVec3::X * 1e-3;
     let anchor = Anchor { particles: held.into(), start: start.into(), until: f64::INFINITY, ..Anchor::default() };
     world.anchors = vec![Anchor { velocity: up, ..anchor }];
-    assert_eq!(allocations_after_the_first_step(&mut world, 3), 0, "relax");
+    assert_eq!(allocations(1, 3, || world.step().unwrap()), 0, "relax");
     assert!(world.relaxed.iterations > 10, "{:?}", world.relaxed);
 }

@@ -104,14 +104,19 @@ fn layers_side_by_side_share_the_force_and_layers_in_a_row_the_stretch() {
     assert!((middle / single - 2.5 * 2.5 / 4.0).abs() < 0.02); // measured .009, 1e-4 without surface factors
 }
 
-/// Four materials of different laws and criteria, one in each quarter.
-fn quarters(jitter: f64) -> World {
+/// Solid that yields family by family.
+fn mises(yield_stress: f64) -> (&'static str, Vec<(&'static str, f64)>) {
+    ("mitchell", vec![("bulk_modulus", 1e6), ("shear_modulus", 4e5), ("yield_stress", yield_stress)])
+}
+
+/// Four materials of different laws and criteria, one in each quarter; in half of the last a fifth that sums over `families`.
+fn quarters(jitter: f64, families: bool) -> World {
     let plastic = ("plastic", vec![("bulk_modulus", 1e6), ("shear_modulus", 4e5), ("yield_stretch", 0.01)]);
     let slow = (
         "viscoelastic",
         vec![("bulk_modulus", 1e6), ("shear_modulus", 4e5), ("relaxing_share", 0.5), ("relaxation_time", 0.01)],
     );
-    let parts = [
+    let mut parts = vec![
         (solid(4e5), ("critical_stretch", vec![("critical_stretch", 0.02)])),
         (plastic, ("energy_release", vec![("energy_release_rate", 50.0)])),
         (slow, ("none", vec![])),
@@ -121,12 +126,23 @@ fn quarters(jitter: f64) -> World {
         ),
     ];
     let interface = Interface { strength: 0.5, pairs: vec![(0, 1, 0.3)] };
-    block([10, 10, 6], jitter, &parts, &interface, |c| u8::from(c.x > 4.5) + 2 * u8::from(c.y > 4.5))
+    if families {
+        parts.push((mises(5e3), ("critical_stretch", vec![("critical_stretch", 0.04)])));
+    }
+    block([10, 10, 6], jitter, &parts, &interface, |c| match u8::from(c.x > 4.5) + 2 * u8::from(c.y > 4.5) {
+        3 if families && c.z > 2.5 => 4,
+        quarter => quarter,
+    })
 }
 
 #[test]
 fn momentum_is_conserved_across_interfaces_and_lanes_agree() {
-    let mut world = quarters(0.25);
+    for families in [false, true] {
+        conserves(quarters(0.25, families));
+    }
+}
+
+fn conserves(mut world: World) {
     let bend = DMat3::from_cols(DVec3::new(1.03, 0.01, 0.0), DVec3::new(-0.02, 0.99, 0.01), DVec3::Z * 1.01);
     deform(&mut world, bend);
     let force = reference_forces(&world);
@@ -142,8 +158,8 @@ fn momentum_is_conserved_across_interfaces_and_lanes_agree() {
 }
 
 /// Tears the quarters apart.
-fn torn(threads: usize, steps: usize, from: Option<&[(String, Vec<u8>)]>) -> World {
-    let mut world = quarters(0.25);
+fn torn(families: bool, threads: usize, steps: usize, from: Option<&[(String, Vec<u8>)]>) -> World {
+    let mut world = quarters(0.25, families);
     for i in 0..world.particles.len() {
         let x = world.particles.rest[i].as_dvec3();
         world.particles.velocity[i] = DVec3::new(x.x, 0.5 * x.y, 0.3 * x.x) * (0.05 / (20.0 * world.dt));
@@ -162,18 +178,21 @@ fn torn(threads: usize, steps: usize, from: Option<&[(String, Vec<u8>)]>) -> Wor
 
 #[test]
 fn any_number_of_threads_and_a_restart_give_the_same_bits() {
-    let mut whole = torn(1, 40, None);
-    let (all, broken) = whole.bond_counts();
-    println!("{broken} of {all} broken");
-    assert!(broken > all / 20);
-    let straight = columns(&mut whole);
-    for name in ["first", "second", "region", "neighbour_region"] {
-        assert!(straight.iter().any(|(n, bytes)| n.ends_with(name) && bytes.iter().any(|b| *b != 0)), "{name}");
+    for families in [false, true] {
+        let mut whole = torn(families, 1, 40, None);
+        let (all, broken) = whole.bond_counts();
+        println!("{broken} of {all} broken");
+        assert!(broken > all / 20);
+        let straight = columns(&mut whole);
+        for name in ["first", "second", "region", "neighbour_region", "tally"] {
+            let there = straight.iter().any(|(n, bytes)| n.ends_with(name) && bytes.iter().any(|b| *b != 0));
+            assert_eq!(there, families || name != "tally", "{name}");
+        }
+        assert!(straight == columns(&mut torn(families, 2, 40, None)));
+        let half = columns(&mut torn(families, 2, 20, None));
+        assert!(straight == columns(&mut torn(families, 1, 20, Some(&half))));
+        assert!(whole.bodies[0].material.consistent(whole.particles.len()));
     }
-    assert!(straight == columns(&mut torn(2, 40, None)));
-    let half = columns(&mut torn(2, 20, None));
-    assert!(straight == columns(&mut torn(1, 20, Some(&half))));
-    assert!(whole.bodies[0].material.consistent(whole.particles.len()));
 }
 
 #[test]
@@ -189,14 +208,14 @@ fn one_region_is_the_body_without_regions() {
         (world.bond_counts(), world.particles.position.to_vec())
     };
     // two regions of one material: sums in another order, so not to the bit
-    let (one, two) = (
-        run(&[(solid(4e5), breaks.clone())], |_| 0),
-        run(&[(solid(4e5), breaks.clone()), (solid(4e5), breaks)], |c| u8::from(c.x > 3.5)),
-    );
-    let apart = relative_error(&two.1, &one.1);
-    println!("{:?} and {:?} bonds, positions {apart:.1e} apart", one.0, two.0);
-    assert!(one.0.1 > 1000);
-    assert!((one.0.1 as f64 / two.0.1 as f64 - 1.0).abs() < 0.02 && apart < 1e-3);
+    for law in [solid(4e5), mises(2e3)] {
+        let part = || (law.clone(), breaks.clone());
+        let (one, two) = (run(&[part()], |_| 0), run(&[part(), part()], |c| u8::from(c.x > 3.5)));
+        let apart = relative_error(&two.1, &one.1);
+        println!("{}: {:?} and {:?} bonds, positions {apart:.1e} apart", law.0, one.0, two.0);
+        assert!(one.0.1 > 1000);
+        assert!((one.0.1 as f64 / two.0.1 as f64 - 1.0).abs() < 0.02 && apart < 1e-3);
+    }
 }
 
 #[test]

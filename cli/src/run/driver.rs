@@ -4,11 +4,12 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use fissure_engine::{Energies, NodeCounts, StepError};
+use fissure_engine::{Energies, NodeCounts, Phase, StepError};
 use fissure_io::checkpoint::{About, Store};
 use fissure_io::compare::Comparison;
 use fissure_io::frames::Frame;
 use fissure_io::scene::{OnFailure, Scene};
+use fissure_io::series;
 use fissure_io::simulation::Simulation;
 use serde_json::json;
 
@@ -19,7 +20,7 @@ use crate::args::RunArgs;
 use crate::compare::compare;
 use crate::log::Log;
 use crate::progress::Progress;
-use crate::render::{picture, view, whole_frame};
+use crate::render::{picture, preview, view, whole_frame};
 use crate::say::counted;
 use crate::{Error, RunFolder};
 
@@ -42,6 +43,8 @@ pub(super) struct Driver {
     frame_steps: u64,
     checkpoint_steps: u64,
     pub spent: Spent,
+    /// The same and the phases of the world, as of the last frame.
+    told: Vec<(&'static str, Duration)>,
 }
 
 /// Where the time went outside the world's phases.
@@ -81,6 +84,7 @@ impl Driver {
             log,
             options: options.clone(),
             spent: Spent::default(),
+            told: Vec::new(),
         })
     }
 
@@ -93,10 +97,16 @@ impl Driver {
     }
 
     /// The state is that of a checkpoint, which had these notes.
-    pub fn go_on_from(&mut self, notes: Vec<(String, String)>) {
+    ///
+    /// # Errors
+    /// A series that cannot be taken back to it.
+    pub fn go_on_from(&mut self, notes: Vec<(String, String)>) -> Result<(), Error> {
+        let series = self.folder.series();
+        series::rewind(&series, self.simulation.world.step).map_err(Error::write(series))?;
         self.notes = notes;
         self.notes.retain(|(key, _)| !key.starts_with(ENERGY));
         self.saved.0 = Some(self.simulation.world.step);
+        Ok(())
     }
 
     /// Steps until the end, an interrupt or an error.
@@ -175,12 +185,17 @@ impl Driver {
             self.folder.colliders().write(&colliders)?;
         }
         self.spent.frames += start.elapsed();
-        self.report(&frame);
+        if self.options.preview {
+            let start = Instant::now();
+            preview(&self.folder, &self.scene, number)?;
+            self.spent.picture += start.elapsed();
+        }
+        self.report(&frame)?;
         self.comparison.sample_energies(&mut self.simulation);
         Ok(())
     }
 
-    fn report(&mut self, frame: &Frame) {
+    fn report(&mut self, frame: &Frame) -> Result<(), Error> {
         let world = &mut self.simulation.world;
         let energies = world.energies();
         let (bonds, broken) = world.bond_counts();
@@ -214,6 +229,32 @@ impl Driver {
             "nodes": nodes.iter().map(|(name, n)| (name.to_string(), n.levels.clone().into())).collect::<serde_json::Map<_, _>>(),
         });
         self.log.tell(&sentence, &event);
+        let mut row = vec![
+            ("frame", f64::from(frame.number)),
+            ("step", world.step as f64),
+            ("time", world.time),
+            ("kinetic", energies.kinetic),
+            ("elastic", energies.elastic),
+            ("gravity", energies.gravity),
+            ("particles", world.particles.len() as f64),
+            ("bonds", (bonds / 2) as f64),
+            ("broken", (broken / 2) as f64),
+            ("fragments", pieces as f64),
+        ];
+        let now = self.spent_until_now();
+        let before = self.told.iter().map(|(_, spent)| *spent).chain(std::iter::repeat(Duration::ZERO));
+        row.extend(now.iter().zip(before).map(|((name, now), before)| (*name, (*now - before).as_secs_f64())));
+        self.told = now;
+        let path = self.folder.series();
+        series::append(&path, &row).map_err(Error::write(path))
+    }
+
+    /// Wall time in each phase of the step, and outside.
+    fn spent_until_now(&self) -> Vec<(&'static str, Duration)> {
+        let (profile, spent) = (&self.simulation.world.profile, &self.spent);
+        let phases = Phase::ALL.map(|phase| (SECONDS[phase as usize], profile.spent(phase)));
+        let outside = [("s_surface", spent.surface), ("s_frames", spent.frames), ("s_checkpoints", spent.checkpoints)];
+        phases.into_iter().chain(outside).collect()
     }
 
     /// Starts a checkpoint; an error may be that of the one before.
@@ -257,10 +298,13 @@ impl Driver {
         if let Some(&number) = frames.numbers()?.last() {
             picture(&whole_frame(&self.folder, number)?, &view(&self.scene), &self.folder.picture())?;
         }
-        self.spent.picture = start.elapsed();
+        self.spent.picture += start.elapsed();
         Ok(())
     }
 }
+
+/// Columns of the series for each phase of a step.
+const SECONDS: [&str; Phase::ALL.len()] = ["s_respond", "s_contact", "s_flow", "s_fracture", "s_integrate", "s_adapt"];
 
 /// How the keys of notes begin that hold for one checkpoint only.
 const ENERGY: &str = "energy, ";

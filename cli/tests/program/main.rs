@@ -13,6 +13,7 @@
 //! | `figures` | figures 9 to 13 of Chen et al. against references: table, plot, and going on with them |
 //! | `lattices` | bodies made of cells: run, resumed, compared, drawn |
 //! | `viewing` | the page of `view`: what it serves, and to whom |
+//! | `seeing` | `plot`, films, previews; `check`, `schema`, `completions`, `man` |
 //! | `meshes` | meshes that other people made (`FISSURE_MESHES`) |
 
 mod colliders;
@@ -27,5 +28,6 @@ mod parameters;
 mod refusing;
 mod resuming;
 mod running;
+mod seeing;
 mod viewing;
 mod workshop;

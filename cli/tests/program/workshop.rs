@@ -102,14 +102,25 @@ impl Workshop {
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts")
     }
 
-    /// All that is comparable of a run: frames, frozen columns and the newest checkpoint, by name.
+    /// All that is comparable of a run: frames, frozen columns, the newest checkpoint and the series but for its times, by name.
     pub fn bytes(&self, run: &str) -> BTreeMap<String, Vec<u8>> {
         let dir = self.path(run);
         let mut files: Vec<String> = names(&dir.join("frames")).iter().map(|n| format!("frames/{n}")).collect();
         files.extend(names(&dir.join("particles")).iter().map(|n| format!("particles/{n}")));
         files.extend(names(&dir).into_iter().rfind(|n| n.starts_with("checkpoint_")));
         files.extend(["frozen.fis".into(), "last.png".into()]);
-        files.into_iter().filter_map(|n| Some((n.clone(), fs::read(dir.join(&n)).ok()?))).collect()
+        let mut bytes: BTreeMap<String, Vec<u8>> =
+            files.into_iter().filter_map(|n| Some((n.clone(), fs::read(dir.join(&n)).ok()?))).collect();
+        if let Ok(text) = fs::read_to_string(dir.join("series.csv")) {
+            let names: Vec<&str> = text.lines().next().unwrap_or_default().split(',').collect();
+            let told = |line: &str| -> Vec<String> {
+                let cells = line.split(',').zip(&names).filter(|(_, name)| !name.starts_with("s_"));
+                cells.map(|(cell, _)| cell.to_string()).collect()
+            };
+            let rows: Vec<String> = text.lines().map(|line| told(line).join(",")).collect();
+            bytes.insert("series.csv".into(), rows.join("\n").into_bytes());
+        }
+        bytes
     }
 
     /// The frames of the colliders of a run, in order.

@@ -177,7 +177,7 @@ impl Still {
     fn renew(&mut self, particles: &Particles, bodies: &[Body], k: usize, old: &std::ops::Range<usize>) {
         let (b, n) = (&bodies[k], bodies[k].range.len());
         let volumes = particles.volume[b.range.clone()].iter();
-        self.radius.splice(old.clone(), volumes.map(|v| 0.5 * v.cbrt()));
+        self.radius.splice(old.clone(), volumes.map(|v| radius(*v)));
         self.surface.splice(old.clone(), std::iter::repeat_n(true, n));
         self.modulus.splice(old.clone(), std::iter::repeat_n(f32::INFINITY, n));
         self.piece.splice(old.clone(), std::iter::repeat_n(0, n));

@@ -271,9 +271,10 @@ impl<T: BondLaw<M>, const M: usize> Body<T, M> {
             return;
         }
         if T::TALLY.is_some() {
-            let law = &self.laws[0]; // a body of several has none that counts
-            for ((tally, norm), inv_m) in self.tally.iter_mut().zip(&self.scratch.norm).zip(&self.inv_m[..]) {
-                *tally += law.tally(*norm, *inv_m);
+            let laws = Laws::new(&self.laws, &self.regions);
+            let norms = self.scratch.norm.iter().zip(&self.inv_m[..]);
+            for (i, (tally, (norm, inv_m))) in self.tally.iter_mut().zip(norms).enumerate() {
+                *tally += laws.own(i).tally(*norm, *inv_m);
             }
         }
         let s = &self.scratch;

@@ -50,11 +50,11 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Peridynamic<T, C, M> {
     }
 }
 
-impl<const M: usize> Peridynamic<AnyLaw<M>, AnyCriterion, M> {
+impl<const M: usize, const FAMILY: bool> Peridynamic<AnyLaw<M, FAMILY>, AnyCriterion, M> {
     /// The same with a law and a criterion for every region; `strength` of the bonds between a and b at a · count + b, and
     /// the region of every particle.
     pub(crate) fn several(
-        laws: Vec<AnyLaw<M>>,
+        laws: Vec<AnyLaw<M, FAMILY>>,
         criteria: Vec<AnyCriterion>,
         strength: Vec<f64>,
         regions: Vec<u8>,

@@ -15,6 +15,7 @@
 
 mod camera;
 mod colour;
+mod film;
 mod filter;
 mod image;
 mod sample;
@@ -27,6 +28,7 @@ mod view;
 use rayon::prelude::*;
 
 pub use camera::Camera;
+pub use film::{Film, FilmFormat};
 pub use image::{Image, PictureError};
 pub use view::{ColourMode, Palette, View};
 

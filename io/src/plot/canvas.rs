@@ -17,9 +17,9 @@ use crate::picture::Image;
 /// Pixels of the canvas for one of the picture, along each side.
 const FINE: u32 = 2;
 
-/// Heights of the fonts, as `plotters` asks for them.
-pub(super) const LARGE: f64 = 20.0;
-pub(super) const SMALL: f64 = 18.0;
+/// Heights of the fonts (pixels of the canvas).
+pub(super) const LARGE: f64 = (20 * FINE) as f64;
+pub(super) const SMALL: f64 = (18 * FINE) as f64;
 
 /// `n` pixels of the picture in pixels of the canvas.
 pub(super) fn pixels(n: u32) -> u32 {

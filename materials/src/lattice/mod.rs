@@ -4,7 +4,7 @@
 //! ```text
 //! cells      the finest cells, their links, and who carries them       (cells, presence)
 //! nodes      what carries cells now: the particles of the body         (nodes; split and merged in adapt)
-//! regions    who is matched with whom: lists (regions, lists) or cubes of a uniform lattice (uniform)
+//! regions    who is matched with whom: lists (regions, lists) or cubes of a uniform lattice (uniform, block)
 //! matching   sums → R, A → goals, four regions at once                 (matching, rotation; shapes flow in shapes)
 //! step       v += α(g − x)/h, α for this step from that of a reference step (Eq. 3)
 //! ```
@@ -12,6 +12,7 @@
 //! [`matching`] for the rotation. Splitting and merging keep both as well.
 
 mod adapt;
+mod block;
 mod cells;
 mod fracture;
 mod lists;

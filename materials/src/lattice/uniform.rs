@@ -12,13 +12,12 @@
 //! A cube is right where it is the region: where all of its cells can be reached in w links. The regions near a crack or in the
 //! crook of an L are not; those are *torn*, and [listed](super::lists).
 
-use std::ops::Range;
-
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
+use super::block::Block;
 use super::cells::{Finest, NONE};
-use super::matching::{EMPTY, Rows, STRAIGHT, Turn, add, general, goal, lever, matrix, moment, rigid, subtract};
+use super::matching::{Rows, Turn, matrix};
 use super::params::Settings;
 use super::presence::{Presence, inner};
 use super::regions::{Still, Walker};
@@ -33,57 +32,17 @@ const SMALL: usize = 8192;
 /// Blocks that a larger body is divided into, at least.
 const BLOCKS: usize = 4;
 
-/// A box of cells of its own, with what lies around it.
-#[derive(Debug, Default)]
-struct Block {
-    /// w of the regions.
-    half_width: usize,
-    /// Cells along x of the body's box.
-    nx: usize,
-    /// Rows along y in the plane of this block, and which of them are its own.
-    ny: usize,
-    own_rows: Range<usize>,
-    /// First of the cells of each plane, and one more; which planes are its own.
-    planes: Vec<u32>,
-    own_planes: Range<usize>,
-    /// Cells plane after plane and row after row, and their place in the plane.
-    cells: Vec<u32>,
-    at: Vec<u32>,
-    /// Number among its own of each, else [`NONE`].
-    own: Vec<u32>,
-    /// For each of its own: the sum of the goals of its cubes; the rotation of the cube around it, and its stretch where rest
-    /// shapes flow; sums over that cube, when it is settled.
-    goals: Vec<DVec3>,
-    means: Vec<Rows>,
-    turns: Vec<Turn>,
-    stretch: Vec<DMat3>,
-    scratch: Scratch,
-}
-
-/// Sums of a block.
-#[derive(Debug, Default)]
-struct Scratch {
-    /// Σ over planes of moments, and of goals.
-    moments: Vec<Rows>,
-    goals: Vec<Rows>,
-    /// Goals of the last 2w + 1 planes.
-    ring: Vec<Rows>,
-    /// Sums along x of the last 2w + 1 rows, and their sum.
-    lines: Vec<Rows>,
-    sum: Vec<Rows>,
-}
-
 /// What the sums need of each cell.
 #[derive(Debug, Default)]
-struct Columns {
+pub struct Columns {
     /// Mass over the number of its regions [kg].
-    weight: Vec<f64>,
+    pub weight: Vec<f64>,
     /// Mass [kg] and centre at rest [m] of the cube around it.
-    light: Vec<[f64; 4]>,
+    pub light: Vec<[f64; 4]>,
     /// The same with all that a flowing rest shape needs; else empty.
-    still: Vec<Still>,
+    pub still: Vec<Still>,
     /// Whether its cube is its region.
-    whole: Vec<bool>,
+    pub whole: Vec<bool>,
 }
 
 /// What a step gives.
@@ -268,243 +227,4 @@ fn division(cells: usize, [nx, ny, nz]: [usize; 3], w: usize) -> [usize; 2] {
     let strips = ny.div_ceil(rows);
     let planes = nz.div_ceil(BLOCKS.div_ceil(strips)).max(8 * w).min(nz);
     [rows, planes]
-}
-
-impl Block {
-    fn new<'a>(
-        size: [usize; 3],
-        rows: Range<usize>,
-        planes: Range<usize>,
-        w: usize,
-        place: impl Fn(u32) -> [usize; 3],
-        plane: impl Fn(usize) -> &'a [u32],
-    ) -> Self {
-        let around = |own: &Range<usize>, all: usize| own.start.saturating_sub(2 * w)..(own.end + 2 * w).min(all);
-        let (all_rows, all_planes) = (around(&rows, size[1]), around(&planes, size[2]));
-        let (nx, ny) = (size[0], all_rows.len());
-        let mut b = Self {
-            half_width: w,
-            nx,
-            ny,
-            own_rows: rows.start - all_rows.start..rows.end - all_rows.start,
-            planes: vec![0],
-            own_planes: planes.start - all_planes.start..planes.end - all_planes.start,
-            ..Self::default()
-        };
-        let mut count = 0;
-        for z in all_planes {
-            for &c in plane(z).iter().filter(|&&c| all_rows.contains(&place(c)[1])) {
-                let [x, y, _] = place(c);
-                b.cells.push(c);
-                b.at.push(((y - all_rows.start) * nx + x) as u32);
-                let own = rows.contains(&y) && planes.contains(&z);
-                b.own.push(if own { count } else { NONE });
-                count += u32::from(own);
-            }
-            b.planes.push(b.cells.len() as u32);
-        }
-        let own = count as usize;
-        (b.goals, b.means) = (vec![DVec3::ZERO; own], vec![EMPTY; own]);
-        (b.turns, b.stretch) = (vec![STRAIGHT; own], vec![DMat3::IDENTITY; own]);
-        let room = |planes: usize| vec![EMPTY; planes * nx * ny];
-        let line = |rows: usize| vec![EMPTY; rows * nx];
-        b.scratch =
-            Scratch { moments: room(1), goals: room(1), ring: room(2 * w + 1), lines: line(2 * w + 1), sum: line(1) };
-        b
-    }
-
-    /// Entries of plane `z`, which may lie outside.
-    #[inline(always)]
-    fn plane(&self, z: isize) -> Range<usize> {
-        match usize::try_from(z) {
-            Ok(z) if z + 1 < self.planes.len() => self.planes[z] as usize..self.planes[z + 1] as usize,
-            _ => 0..0,
-        }
-    }
-
-    /// The sums over the cube around each cell, with nodes at `x`; `each` gets the number among the own and the sums.
-    fn cubes(
-        &mut self,
-        finest: &Finest,
-        columns: &Columns,
-        x: impl Fn(usize) -> DVec3,
-        mut each: impl FnMut(u32, &Rows),
-    ) {
-        let mut s = std::mem::take(&mut self.scratch);
-        s.moments.fill(EMPTY);
-        let w = self.half_width as isize;
-        for z in self.own_planes.start as isize - 2 * w..self.own_planes.end as isize + w {
-            self.turn_over(z, finest, columns, &x, &mut s.moments);
-            self.regions(z - w, &mut s, |entry, rows| each(self.own[entry], rows));
-        }
-        self.scratch = s;
-    }
-
-    /// Lets plane `z` enter the sum over 2w + 1 planes, and the last one leave.
-    #[inline(always)]
-    fn turn_over(&self, z: isize, finest: &Finest, columns: &Columns, x: &impl Fn(usize) -> DVec3, sum: &mut [Rows]) {
-        let w = self.half_width as isize;
-        let of = |k: usize| {
-            let c = self.cells[k] as usize;
-            moment(columns.weight[c], x(c), lever(finest.place(c)))
-        };
-        self.plane(z).for_each(|k| add(&mut sum[self.at[k] as usize], &of(k)));
-        self.plane(z - 2 * w - 1).for_each(|k| subtract(&mut sum[self.at[k] as usize], &of(k)));
-    }
-
-    /// Gives the sums over the cube around each entry of plane `z` that a cell of this block may need.
-    #[inline(always)]
-    fn regions(&self, z: isize, s: &mut Scratch, mut each: impl FnMut(usize, &Rows)) {
-        let mut entries = self.plane(z).peekable();
-        if entries.peek().is_none() {
-            return;
-        }
-        let w = self.half_width;
-        let rows = self.own_rows.start.saturating_sub(w)..(self.own_rows.end + w).min(self.ny);
-        let Scratch { moments, lines, sum, .. } = s;
-        along(moments, [self.nx, self.ny], w, rows, lines, sum, |y, sums| {
-            let (start, end) = ((y * self.nx) as u32, ((y + 1) * self.nx) as u32);
-            while entries.next_if(|&k| self.at[k] < start).is_some() {}
-            while let Some(k) = entries.next_if(|&k| self.at[k] < end) {
-                each(k, &sums[(self.at[k] - start) as usize]);
-            }
-        });
-    }
-
-    fn gather(&mut self, columns: &Columns, step: &Step<'_>) {
-        let w = self.half_width;
-        let mut s = std::mem::take(&mut self.scratch);
-        let mut goals = std::mem::take(&mut self.goals);
-        let (mut turns, mut stretch) = (std::mem::take(&mut self.turns), std::mem::take(&mut self.stretch));
-        s.moments.fill(EMPTY);
-        s.goals.fill(EMPTY);
-        s.ring.fill(EMPTY);
-        let (plane, i) = (self.nx * self.ny, w as isize);
-        let x = |c: usize| step.x[c] - step.origin;
-        for z in self.own_planes.start as isize - 2 * i..self.own_planes.end as isize + 2 * i {
-            self.turn_over(z, step.finest, columns, &x, &mut s.moments);
-            let middle = z - i;
-            if middle < self.own_planes.start as isize - i {
-                continue;
-            }
-            let slot = (middle.rem_euclid(2 * i + 1)) as usize * plane;
-            let mut ring = std::mem::take(&mut s.ring);
-            let mut sum = std::mem::take(&mut s.goals);
-            let kept = &mut ring[slot..slot + plane];
-            for k in self.plane(middle - 2 * i - 1) {
-                let at = self.at[k] as usize;
-                subtract(&mut sum[at], &kept[at]);
-                kept[at] = EMPTY;
-            }
-            self.match_plane(middle, columns, step, &mut s, kept, (&mut turns, &mut stretch));
-            self.plane(middle).for_each(|k| add(&mut sum[self.at[k] as usize], &kept[self.at[k] as usize]));
-            (s.ring, s.goals) = (ring, sum);
-            let out = middle - i;
-            if out >= self.own_planes.start as isize {
-                let mut entries = self.plane(out).peekable();
-                let Scratch { goals: sum, lines, sum: line, .. } = &mut s;
-                along(sum, [self.nx, self.ny], w, self.own_rows.clone(), lines, line, |y, sums| {
-                    let (start, end) = ((y * self.nx) as u32, ((y + 1) * self.nx) as u32);
-                    while entries.next_if(|&k| self.at[k] < start).is_some() {}
-                    while let Some(k) = entries.next_if(|&k| self.at[k] < end) {
-                        let rows = &sums[(self.at[k] - start) as usize];
-                        goals[self.own[k] as usize] = goal(rows, lever(step.finest.place(self.cells[k] as usize)));
-                    }
-                });
-            }
-        }
-        (self.goals, self.turns, self.stretch, self.scratch) = (goals, turns, stretch, s);
-    }
-
-    /// Matches the cubes around the cells of plane `z`, four at a time, and keeps their goals.
-    #[inline(always)]
-    fn match_plane(
-        &self,
-        z: isize,
-        columns: &Columns,
-        step: &Step<'_>,
-        s: &mut Scratch,
-        kept: &mut [Rows],
-        (turned, stretched): (&mut [Turn], &mut [DMat3]),
-    ) {
-        let (mut entry, mut sums, mut waiting) = ([0; 4], [EMPTY; 4], 0);
-        let mut solve = |entry: [usize; 4], sums: [Rows; 4], count: usize| {
-            let cell = entry.map(|k| self.cells[k] as usize);
-            let turns = cell.map(|c| step.turns[c]);
-            let own = entry.map(|k| self.own[k]);
-            let goals = if columns.still.is_empty() {
-                let (goals, turns) = rigid(sums, cell.map(|c| columns.light[c]), turns);
-                let mine = own.iter().zip(turns).take(count).filter(|(own, _)| **own != NONE);
-                mine.for_each(|(&own, turn)| turned[own as usize] = turn);
-                goals
-            } else {
-                let (still, shapes) = (cell.map(|c| &columns.still[c]), cell.map(|c| step.shapes.get(c)));
-                let (goals, found) = general(sums, still, turns, shapes, step.settings);
-                for (&own, found) in own.iter().zip(found).take(count).filter(|(own, _)| **own != NONE) {
-                    (turned[own as usize], stretched[own as usize]) = (found.turn, found.stretch);
-                }
-                goals
-            };
-            (0..count).for_each(|l| kept[self.at[entry[l]] as usize] = goals[l]);
-        };
-        self.regions(z, s, |k, rows| {
-            if !columns.whole[self.cells[k] as usize] {
-                return;
-            }
-            (entry[waiting], sums[waiting]) = (k, *rows);
-            waiting += 1;
-            if waiting == 4 {
-                solve(entry, sums, 4);
-                waiting = 0;
-            }
-        });
-        if waiting > 0 {
-            for l in waiting..4 {
-                (entry[l], sums[l]) = (entry[0], sums[0]);
-            }
-            solve(entry, sums, waiting);
-        }
-    }
-}
-
-/// Sums over 2w + 1 along x and along y of a plane of `nx` × `ny`: `each` gets those of the rows in `wanted`, one after the other.
-#[inline(always)]
-fn along(
-    plane: &[Rows],
-    [nx, ny]: [usize; 2],
-    w: usize,
-    wanted: Range<usize>,
-    lines: &mut [Rows],
-    sum: &mut [Rows],
-    mut each: impl FnMut(usize, &[Rows]),
-) {
-    sum.fill(EMPTY);
-    let first = wanted.start.saturating_sub(w);
-    for y in first..wanted.end + w {
-        let slot = y % (2 * w + 1) * nx;
-        let line = &mut lines[slot..slot + nx];
-        if y > first + 2 * w {
-            sum.iter_mut().zip(&*line).for_each(|(sum, row)| subtract(sum, row));
-        }
-        if y < ny {
-            let row = &plane[y * nx..(y + 1) * nx];
-            let mut running = EMPTY;
-            row[..w.min(nx)].iter().for_each(|r| add(&mut running, r));
-            for x in 0..nx {
-                if let Some(enters) = row.get(x + w) {
-                    add(&mut running, enters);
-                }
-                line[x] = running;
-                if x >= w {
-                    subtract(&mut running, &row[x - w]);
-                }
-            }
-            sum.iter_mut().zip(&*line).for_each(|(sum, row)| add(sum, row));
-        } else {
-            line.fill(EMPTY);
-        }
-        if y >= wanted.start + w {
-            each(y - w, sum);
-        }
-    }
 }

@@ -1,16 +1,10 @@
 //! Bodies of cells for the tests.
 
 use fissure_engine::lattice::{Cells, NEIGHBOURS, morton};
+pub use fissure_engine::noise::noise;
 use fissure_engine::world::BodyInput;
 use fissure_engine::{Surroundings, Value, World};
 use glam::{DMat3, DVec3};
-
-/// A number in [−1, 1) that depends on nothing but `k` (splitmix).
-pub fn noise(k: u64) -> f64 {
-    let mut z = k.wrapping_add(0x9E37_79B9_7F4A_7C15).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-}
 
 /// A vector of noise.
 pub fn vector(k: usize, seed: u64) -> DVec3 {
