@@ -46,20 +46,20 @@ pub(crate) enum Command {
         /// The checkpoint or run folder
         path: PathBuf,
     },
-    /// Write the columns of a checkpoint for other programs
-    #[command(after_help = "Examples:\n  fissure export runs/vase/checkpoint_00001911.fis --to npy --out columns\n  \
-        fissure export runs/vase/checkpoint_00001911.fis --to vtu\n\ncsv: a row per particle. npy: a folder with a NumPy \
-        file per column. vtu: particles for ParaView.\nWhat never changes is taken from frozen.fis beside it.")]
-    Export {
-        /// The checkpoint (.fis)
-        checkpoint: PathBuf,
-        /// The format
-        #[arg(long, value_parser = ["csv", "npy", "vtu"], default_value = "csv")]
-        to: String,
-        /// The file or, for npy, folder to write [default: beside the checkpoint]
-        #[arg(long)]
-        out: Option<PathBuf>,
-    },
+    /// Write a run, its fragments, or the columns of a checkpoint for other programs
+    #[command(
+        after_help = "Examples:\n  fissure export runs/vase --to usd\n  fissure export runs/vase --fragments\n  \
+        fissure export runs/vase/checkpoint_00001911.fis --to npy --out columns\n\n\
+        Of a run:\n  usd: runs/vase/usd/stage.usda for Blender, Houdini, usdview\n  \
+        vtu: runs/vase/vtu/surface.pvd and particles.pvd for ParaView, pyvista, meshio\n  \
+        glb: runs/vase/run.glb for game engines, a node per fragment with its rigid motion\n  \
+        ply, obj, pov: a file per frame, with colours, groups per fragment, or as scenes for POV-Ray\n  \
+        --fragments: fragments.csv with mass, inertia, place, velocity and spin of each fragment at each frame\n\
+        With output.export = [\"usd\", ...] in the scene, a run writes them as it goes on.\n\n\
+        Of a checkpoint:\n  csv: a row per particle. npy: a folder with a NumPy file per column. vtu: particles.\n  \
+        What never changes is taken from frozen.fis beside it."
+    )]
+    Export(ExportArgs),
     /// Make tetrahedra from a surface, or convert a mesh; reports the quality
     #[command(after_help = "Examples:\n  fissure mesh bunny.ply bunny.msh --tets 100000\n  \
         fissure mesh leaf.obj leaf.vtu --shell 0.02\n  fissure mesh solid.node solid.vtu")]
@@ -227,6 +227,24 @@ pub(crate) struct ViewArgs {
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,
+}
+
+#[derive(Group)]
+pub(crate) struct ExportArgs {
+    /// The run folder, or a checkpoint (.fis)
+    pub path: PathBuf,
+    /// The format [default: csv for a checkpoint]
+    #[arg(long, value_parser = ["usd", "vtu", "ply", "obj", "glb", "pov", "html", "csv", "npy"])]
+    pub to: Option<String>,
+    /// The file or folder to write [default: in the run folder, or beside the checkpoint]
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// The fragments of a run as a table (CSV)
+    #[arg(long, conflicts_with = "to")]
+    pub fragments: bool,
+    /// Of html: only every so manieth frame, and the last
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub every: u32,
 }
 
 #[derive(Group)]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use fissure_engine::StepError;
 use fissure_io::checkpoint::CheckpointError;
 use fissure_io::diff::DiffError;
+use fissure_io::export::ExportError;
 use fissure_io::frames::FrameError;
 use fissure_io::mesh::MeshError;
 use fissure_io::picture::PictureError;
@@ -24,6 +25,8 @@ pub enum Error {
     Checkpoint(#[from] CheckpointError),
     #[error(transparent)]
     Diff(#[from] DiffError),
+    #[error(transparent)]
+    Export(#[from] ExportError),
     #[error(transparent)]
     Frame(#[from] FrameError),
     #[error(transparent)]

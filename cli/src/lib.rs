@@ -80,7 +80,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Schema => schema::command(registry),
         Command::Completions { shell } => Ok(shell::completions(shell)),
         Command::Man { out } => shell::manual(&out),
-        Command::Export { checkpoint, to, out } => export::command(&checkpoint, &to, out),
+        Command::Export(options) => export::command(&options),
         Command::Verify { path } => verify::command(&path),
         Command::View(options) => view::command(&options),
         Command::Bench(options) => bench::command(&options, registry),

@@ -2,6 +2,7 @@
 
 mod driver;
 mod saver;
+mod streams;
 mod words;
 
 use std::path::{Path, PathBuf};

@@ -129,6 +129,7 @@ fn of(key: &Key) -> Value {
     let mut schema = match key.kind {
         KeyKind::Text => json!({ "type": "string" }),
         KeyKind::Word(words) => json!({ "enum": words }),
+        KeyKind::Words(words) => json!({ "type": "array", "items": { "enum": words }, "uniqueItems": true }),
         KeyKind::Number(range) => number(range),
         KeyKind::NumberOr(range, word) => json!({ "anyOf": [{ "const": word }, number(range)] }),
         KeyKind::Whole(low, high) => json!({ "type": "integer", "minimum": low, "maximum": high }),

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use fissure_engine::{Energies, NodeCounts, Phase, StepError};
 use fissure_io::checkpoint::{About, Store};
 use fissure_io::compare::Comparison;
+use fissure_io::export::Shot;
 use fissure_io::frames::Frame;
 use fissure_io::scene::{OnFailure, Scene};
 use fissure_io::series;
@@ -14,6 +15,7 @@ use fissure_io::simulation::Simulation;
 use serde_json::json;
 
 use super::saver::Saver;
+use super::streams::{self, Streams};
 use super::words::in_words;
 use super::{INTERRUPTED, Outcome, until};
 use crate::args::RunArgs;
@@ -31,6 +33,7 @@ pub(super) struct Driver {
     pub simulation: Simulation,
     comparison: Comparison,
     saver: Saver,
+    streams: Streams,
     pub log: Log,
     /// What checkpoints say of themselves beside the scene.
     notes: Vec<(String, String)>,
@@ -79,6 +82,7 @@ impl Driver {
             simulation,
             comparison,
             saver: Saver::new(store).map_err(|e| Error::Usage(format!("threads cannot be started: {e}")))?,
+            streams: Streams::default(),
             notes: Vec::new(),
             saved: (None, Instant::now()),
             log,
@@ -90,6 +94,7 @@ impl Driver {
 
     /// The first frame and the first checkpoint of a new run.
     pub fn begin(&mut self) -> Result<(), Error> {
+        self.stream(0)?;
         self.comparison.sample(&mut self.simulation);
         self.frame()?;
         self.checkpoint()?;
@@ -99,13 +104,20 @@ impl Driver {
     /// The state is that of a checkpoint, which had these notes.
     ///
     /// # Errors
-    /// A series that cannot be taken back to it.
+    /// A series or an export that cannot be taken back to it.
     pub fn go_on_from(&mut self, notes: Vec<(String, String)>) -> Result<(), Error> {
         let series = self.folder.series();
         series::rewind(&series, self.simulation.world.step).map_err(Error::write(series))?;
         self.notes = notes;
         self.notes.retain(|(key, _)| !key.starts_with(ENERGY));
         self.saved.0 = Some(self.simulation.world.step);
+        self.stream((self.simulation.world.step / self.frame_steps) as u32 + 1)
+    }
+
+    /// Opens the exports for frames from `from` on.
+    fn stream(&mut self, from: u32) -> Result<(), Error> {
+        let about = crate::export::about(&self.scene, self.frame_steps as f64 * self.simulation.world.dt);
+        self.streams = Streams::open(&self.scene.output.export, &self.folder, &about, from)?;
         Ok(())
     }
 
@@ -166,6 +178,7 @@ impl Driver {
         if let Some((table, event)) = compare(&self.comparison, &self.folder)? {
             self.log.close(&table, &event);
         }
+        streams::whole(&self.scene, &self.folder)?;
         self.draw()
     }
 
@@ -184,6 +197,13 @@ impl Driver {
         if !colliders.positions.is_empty() {
             self.folder.colliders().write(&colliders)?;
         }
+        let tets = self.streams.tets.then(|| self.simulation.tet_frame(number));
+        self.streams.frame(&Shot {
+            surface: &frame,
+            colliders: Some(&colliders).filter(|c| !c.positions.is_empty()),
+            particles: particles.as_ref(),
+            tets: tets.as_ref().filter(|t| !t.tets.is_empty()),
+        })?;
         self.spent.frames += start.elapsed();
         if self.options.preview {
             let start = Instant::now();

@@ -23,12 +23,12 @@ use crate::Error;
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' data:; worker-src blob:; style-src 'unsafe-inline'; \
     img-src data:; base-uri 'none'; form-action 'none'";
 
-/// Writes every `every`th frame of the run in `dir`, the last one too, as a page into the file `out`; gives its size in
-/// bytes.
+/// Writes every `every`th frame of the run in `dir`, the last one too, as a page into the file `out`; gives how many those
+/// are, and how many bytes.
 ///
 /// # Errors
 /// No run in `dir`, frames that cannot be read, a file that cannot be written.
-pub(crate) fn write(dir: &Path, every: usize, out: &Path) -> Result<usize, Error> {
+pub(crate) fn write(dir: &Path, every: usize, out: &Path) -> Result<(usize, usize), Error> {
     let run = Shown::open(dir)?;
     let listing = run.listing()?;
     let numbers = thinned(&run.numbers()?, every);
@@ -51,7 +51,7 @@ pub(crate) fn write(dir: &Path, every: usize, out: &Path) -> Result<usize, Error
     parts.extend(points?);
     let page = page(&parts.concat());
     write_atomically(out, page.as_bytes()).map_err(Error::write(out))?;
-    Ok(page.len())
+    Ok((numbers.len(), page.len()))
 }
 
 /// Every `every`th of `numbers`, and the last.

@@ -11,7 +11,7 @@ fn a_run_leaves_its_folder() {
     let shop = Workshop::new();
     let answer = shop.good(&["run", "box.toml", "--out", "r"]);
     let run = shop.path("r");
-    let expected = ["checkpoint_", "frames", "frozen.fis", "last.png", "run.log", "scene.toml"];
+    let expected = ["checkpoint_", "frames", "frozen.fis", "last.png", "particles", "run.log", "scene.toml"];
     for name in names(&run) {
         assert!(expected.iter().any(|e| name.starts_with(e)), "{name} is left");
     }
@@ -20,6 +20,7 @@ fn a_run_leaves_its_folder() {
     }
     let frames: Vec<String> = (0..=6).map(|n| format!("frame_{n:04}.ply")).collect();
     assert_eq!(names(&run.join("frames")), frames);
+    assert_eq!(names(&run.join("particles")), frames);
     assert_eq!(fs::read_to_string(run.join("scene.toml")).unwrap(), crate::workshop::BOX);
     assert!(fs::read(run.join("last.png")).unwrap().starts_with(b"\x89PNG\r\n"));
 
@@ -81,7 +82,7 @@ fn any_number_of_threads_gives_the_same_bytes() {
         shop.good(&["run", "box.toml", "--out", threads, "--threads", threads, "--quiet"]);
     }
     let one = shop.bytes("1");
-    assert_eq!(one.len(), 7 + 1 + 2, "7 frames, a checkpoint, frozen columns, a picture");
+    assert_eq!(one.len(), 2 * 7 + 1 + 2, "7 frames and their particles, a checkpoint, frozen columns, a picture");
     for threads in ["2", "3"] {
         assert_same(&one, &shop.bytes(threads), &format!("1 and {threads} threads"));
     }

@@ -205,3 +205,23 @@ fn what_cannot_be_shown_is_said() {
     let sentence = shop.refusal(&["view", "a", "--port", &port]);
     assert!(sentence.contains(&port) && sentence.contains("leave --port out"), "{sentence}");
 }
+
+#[test]
+fn a_run_becomes_one_file_that_asks_for_nothing() {
+    let shop = shop_with_runs(&["a"]);
+    let answer = shop.good(&["export", "a", "--to", "html"]);
+    assert!(answer.out.starts_with("a/run.html: 3 frames, "), "{answer}");
+    let page = std::fs::read_to_string(shop.path("a/run.html")).unwrap();
+    for there in
+        ["Content-Security-Policy", "id=\"frame-0-0\"", "id=\"frame-0-2\"", "id=\"particles-0-1\"", "A box breaks"]
+    {
+        assert!(page.contains(there), "{there}");
+    }
+    for elsewhere in ["src=\"", "http-equiv=\"refresh", "href=\"style"] {
+        assert!(!page.contains(elsewhere), "{elsewhere}");
+    }
+    shop.good(&["export", "a", "--to", "html", "--every", "2", "--out", "thin.html"]);
+    let thin = std::fs::read_to_string(shop.path("thin.html")).unwrap();
+    assert!(thin.contains("id=\"frame-0-2\"") && !thin.contains("id=\"frame-0-1\"") && thin.len() < page.len());
+    assert!(shop.refusal(&["export", "a/scene.toml", "--to", "html"]).contains("give its folder"));
+}

@@ -9,7 +9,7 @@
 //! `extras` of a node: `piece`, `parent`, `born` [s], `body`, `mass` [kg], `volume` [m³], and `inertia` [kg m²], rows of the
 //! matrix about the origin of the node along its axes.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::Path;
 
 use glam::{DMat3, DQuat, DVec3};
@@ -66,6 +66,7 @@ pub fn write(
     }
 
     let mut file = File::new(&times);
+    let last = &held(last, &reference);
     for (fragment, motion) in fragments.iter().zip(&pieces.parts) {
         file.node(&format!("piece_{}", fragment.id), last, motion, false, Some(extras(fragment, about)));
     }
@@ -76,6 +77,24 @@ pub fn write(
     }
     let bytes = file.finish(about);
     put(path, |out| out.write_all(&bytes))
+}
+
+/// The surface with a particle in every piece: a node of a lattice may carry cells that the surface tells apart, and their piece
+/// goes with that of the nearest particle then.
+fn held(surface: &Frame, particles: &ParticleFrame) -> Frame {
+    let known: BTreeSet<u32> = particles.piece.iter().copied().collect();
+    let mut nearest: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut surface = surface.clone();
+    for (piece, at) in surface.piece.iter_mut().zip(&surface.positions) {
+        if !known.contains(piece) {
+            let distance = |k: &usize| (0..3).map(|a| (particles.positions[*k][a] - at[a]).powi(2)).sum::<f32>();
+            *piece = *nearest.entry(*piece).or_insert_with(|| {
+                let all = 0..particles.positions.len();
+                all.min_by(|a, b| distance(a).total_cmp(&distance(b))).map_or(0, |k| particles.piece[k])
+            });
+        }
+    }
+    surface
 }
 
 fn extras(f: &Fragment, about: &About) -> Value {
@@ -154,7 +173,8 @@ impl Fit {
 
     /// Finds where the parts are in the frame before those that came until now.
     fn frame(&mut self, now: &[Point]) {
-        let mut sums = vec![Sums::default(); self.parts.len()];
+        let none = Sums { product: DMat3::ZERO, ..Sums::default() }; // the default of a matrix is the identity
+        let mut sums = vec![none; self.parts.len()];
         for p in now {
             // a node of a lattice that was coarser then is another one with the same number
             let Some(then) = self.at.get(&p.key).map(|&k| &self.last[k]) else { continue };
@@ -231,6 +251,8 @@ struct File {
     json: Json,
     binary: Vec<u8>,
     frames: usize,
+    /// Whether there are rigid things.
+    rigid: bool,
 }
 
 #[derive(Default)]
@@ -251,7 +273,7 @@ const INDICES: u32 = 34963;
 impl File {
     /// A file whose first accessor is the times, from 0 on.
     fn new(times: &[f64]) -> Self {
-        let mut file = Self { json: Json::default(), binary: Vec::new(), frames: times.len() };
+        let mut file = Self { json: Json::default(), binary: Vec::new(), frames: times.len(), rigid: false };
         let times: Vec<f32> = times.iter().map(|t| (t - times[0]) as f32).collect();
         let (low, high) = (times[0], times[times.len() - 1]);
         file.accessor(
@@ -291,6 +313,7 @@ impl File {
 
     /// A node with the triangles of part `part.id` of `frame`, and its motion.
     fn node(&mut self, name: &str, frame: &Frame, part: &Part, rigid: bool, extras: Option<Value>) {
+        self.rigid |= rigid;
         let (place, turn) = part.poses[0];
         let mut node = json!({ "name": name, "translation": single(place), "rotation": turn.as_quat().to_array() });
         if let Some(mesh) = self.mesh(name, frame, part, rigid) {
@@ -355,15 +378,16 @@ impl File {
     }
 
     fn finish(self, about: &About) -> Vec<u8> {
-        let Self { json: j, binary, .. } = self;
+        let Self { json: j, binary, .. } = &self;
         let material = |(name, colour): (&str, [f32; 3])| {
             let [r, g, b] = colour.map(linear);
             json!({ "name": name, "pbrMetallicRoughness": {
                 "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6
             } })
         };
+        let used = if self.rigid { 3 } else { 2 };
         let materials: Vec<Value> =
-            ["outside", "inside", "collider"].into_iter().zip(colours(about)).map(material).collect();
+            ["outside", "inside", "collider"].into_iter().zip(colours(about)).take(used).map(material).collect();
         let roots: Vec<usize> = (0..j.nodes.len()).collect();
         let text = json!({
             "asset": { "version": "2.0", "generator": concat!("fissure ", env!("CARGO_PKG_VERSION")) },
@@ -387,7 +411,7 @@ impl File {
         out.extend_from_slice(&text);
         out.extend_from_slice(&(binary.len() as u32).to_le_bytes());
         out.extend_from_slice(b"BIN\0");
-        out.extend_from_slice(&binary);
+        out.extend_from_slice(binary);
         out
     }
 }

@@ -1,7 +1,7 @@
 //! POV-Ray: a scene for each frame, with a `mesh2` that has one texture outside and one inside. `look.inc` has camera, light,
 //! ground and textures, is written once, and is there to be changed.
 //!
-//! POV-Ray turns by the left hand; a camera whose `right` points left shows the world as it is.
+//! `inside` alone is a word of POV-Ray's own. It turns by the left hand; a camera whose `right` points left shows the world as it is.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -25,8 +25,8 @@ impl Stream for Pov {
         let frame = shot.surface;
         write(&self.dir.join(name(frame.number, "pov")), |out| {
             writeln!(out, "// frame {} at {:?} s\n#version 3.7;\n#include \"look.inc\"", frame.number, frame.time)?;
-            mesh(out, frame, &["outside", "inside"], |t| usize::from(inside(frame, t)))?;
-            shot.colliders.map_or(Ok(()), |frame| mesh(out, frame, &["collider"], |_| 0))
+            mesh(out, frame, &["outside_texture", "inside_texture"], |t| usize::from(inside(frame, t)))?;
+            shot.colliders.map_or(Ok(()), |frame| mesh(out, frame, &["collider_texture"], |_| 0))
         })
     }
 }
@@ -55,9 +55,9 @@ impl Pov {
             eye = list(eye),
         );
         for (name, [r, g, b], finish) in [
-            ("outside", colours(&self.about)[0], "diffuse 0.75 ambient 0.12 specular 0.3 roughness 0.02"),
-            ("inside", colours(&self.about)[1], "diffuse 0.8 ambient 0.12"),
-            ("collider", colours(&self.about)[2], "diffuse 0.7 ambient 0.12 specular 0.2 roughness 0.05"),
+            ("outside_texture", colours(&self.about)[0], "diffuse 0.75 ambient 0.12 specular 0.3 roughness 0.02"),
+            ("inside_texture", colours(&self.about)[1], "diffuse 0.8 ambient 0.12"),
+            ("collider_texture", colours(&self.about)[2], "diffuse 0.7 ambient 0.12 specular 0.2 roughness 0.05"),
         ] {
             text +=
                 &format!("#declare {name} = texture {{ pigment {{ srgb <{r}, {g}, {b}> }} finish {{ {finish} }} }};\n");

@@ -3,6 +3,9 @@
 //!
 //! Clips are listed one by one, for a template path makes every reader guess files that are not there. The metadata of an
 //! attribute (`interpolation`) is not taken from clips, so the stage declares every attribute that they hold.
+//!
+//! Outside and crack faces are meshes of their own, each with its material: Blender reads the faces of a `GeomSubset` at the first
+//! frame only, and shows cracks in the colour of the skin.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -20,9 +23,10 @@ pub(super) struct Usd {
 }
 
 const HEAD: &str = "#usda 1.0\n";
+const MESHES: [&str; 3] = ["outside", "inside", "colliders"];
 
 /// What varies on every surface: type, name, and whether it is one value a vertex.
-const SURFACE: [(&str, &str, bool); 9] = [
+const SURFACE: [(&str, &str, bool); 10] = [
     ("float3[]", "extent", false),
     ("int[]", "faceVertexCounts", false),
     ("int[]", "faceVertexIndices", false),
@@ -31,10 +35,9 @@ const SURFACE: [(&str, &str, bool); 9] = [
     ("vector3f[]", "velocities", false),
     ("float[]", "primvars:damage", true),
     ("int[]", "primvars:id", true),
+    ("int[]", "primvars:inside", true),
     ("int[]", "primvars:piece", true),
 ];
-const INSIDE: [(&str, &str, bool); 1] = [("int[]", "primvars:inside", true)];
-const FACES: [(&str, &str, bool); 1] = [("int[]", "indices", false)];
 const PARTICLES: [(&str, &str, bool); 9] = [
     ("float3[]", "extent", false),
     ("int64[]", "ids", false),
@@ -56,42 +59,29 @@ impl Usd {
 
     /// The prims and their attributes; with `whole` everything that does not vary too, for the stage.
     fn prims(&self, whole: bool) -> String {
-        let mut text = String::new();
         let only = |part: &str| if whole { part.to_owned() } else { String::new() };
-        let bind = |material: &str| {
-            only(&format!(
-                "        rel material:binding = </run/materials/{material}>\n        uniform token subdivisionScheme = \"none\"\n"
-            ))
-        };
         let api = only(" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )");
-        let subset_api = only(" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n        )");
-        text += &format!("    def Mesh \"surface\"{api}\n    {{\n{}", bind("outside"));
-        text += &only("        uniform token subsetFamily:materialBind:familyType = \"partition\"\n");
-        declare(&mut text, "        ", &SURFACE);
-        declare(&mut text, "        ", &INSIDE);
-        for part in ["outside", "inside"] {
-            text += &format!("\n        def GeomSubset \"{part}\"{subset_api}\n        {{\n");
-            text += &only(
-                "            uniform token elementType = \"face\"\n            uniform token familyName = \"materialBind\"\n",
-            );
-            declare(&mut text, "            ", &FACES);
-            text += &only(&format!("            rel material:binding = </run/materials/{part}>\n"));
-            text += "        }\n";
-        }
-        text += "    }\n";
-        if self.has_colliders {
-            text += &format!("\n    def Mesh \"colliders\"{api}\n    {{\n{}", bind("collider"));
+        let mut text = String::new();
+        for mesh in self.meshes() {
+            text += &format!("    def Mesh \"{mesh}\"{api}\n    {{\n");
+            text += &only(&format!("        rel material:binding = </run/materials/{mesh}>\n"));
+            text += &only("        uniform token subdivisionScheme = \"none\"\n");
             declare(&mut text, "        ", &SURFACE);
-            text += "    }\n";
+            text += "    }\n\n";
         }
         if self.has_particles {
             // guides are there when asked for, and do not stick out of the surface otherwise
-            text += "\n    def Points \"particles\"\n    {\n";
+            text += "    def Points \"particles\"\n    {\n";
             text += &only("        uniform token purpose = \"guide\"\n");
             declare(&mut text, "        ", &PARTICLES);
-            text += "    }\n";
+            text += "    }\n\n";
         }
         text
+    }
+
+    /// The meshes, each of the material with its name.
+    fn meshes(&self) -> &'static [&'static str] {
+        if self.has_colliders { &MESHES } else { &MESHES[..2] }
     }
 
     fn stage(&self) -> String {
@@ -111,9 +101,8 @@ impl Usd {
             list(&|n| format!("({n}, {n})")),
         );
         text += &self.prims(true);
-        text += "\n    def Scope \"materials\"\n    {\n";
-        let all = ["outside", "inside", "collider"].iter().zip(colours(&self.about)).zip([0.3, 0.9, 0.5]);
-        for ((name, colour), roughness) in all.take(if self.has_colliders { 3 } else { 2 }) {
+        text += "    def Scope \"materials\"\n    {\n";
+        for ((name, colour), roughness) in self.meshes().iter().zip(colours(&self.about)).zip([0.3, 0.9, 0.5]) {
             let [r, g, b] = colour.map(linear);
             text += &format!(
                 "        def Material \"{name}\"\n        {{\n            \
@@ -135,10 +124,11 @@ impl Stream for Usd {
     fn frame(&mut self, shot: &Shot<'_>) -> Result<(), ExportError> {
         let frame = shot.surface;
         let mut clip = Clip { text: format!("{HEAD}\nover \"run\"\n{{\n"), number: frame.number };
-        clip.surface("surface", frame, true);
+        clip.surface("outside", &side(frame, false));
+        clip.surface("inside", &side(frame, true));
         if let Some(colliders) = shot.colliders {
             self.has_colliders = true;
-            clip.surface("colliders", colliders, false);
+            clip.surface("colliders", colliders);
         }
         if let Some(particles) = shot.particles {
             self.has_particles = true;
@@ -174,7 +164,7 @@ struct Clip {
 }
 
 impl Clip {
-    fn surface(&mut self, prim: &str, frame: &Frame, cracks: bool) {
+    fn surface(&mut self, prim: &str, frame: &Frame) {
         self.text += &format!("    over \"{prim}\"\n    {{\n");
         self.extent(&frame.positions, |_| 0.0);
         self.sample("int[]", "faceVertexCounts", frame.triangles.iter().map(|_| 3));
@@ -184,17 +174,8 @@ impl Clip {
         self.vectors("vector3f[]", "velocities", &frame.velocity);
         self.sample("float[]", "primvars:damage", &frame.damage);
         self.sample("int[]", "primvars:id", &frame.id);
+        self.sample("int[]", "primvars:inside", &frame.inside);
         self.sample("int[]", "primvars:piece", &frame.piece);
-        if cracks {
-            self.sample("int[]", "primvars:inside", &frame.inside);
-            for (part, is_inside) in [("outside", false), ("inside", true)] {
-                self.text += &format!("\n        over \"{part}\"\n        {{\n");
-                let faces = frame.triangles.iter().enumerate();
-                let of = faces.filter(|(_, t)| inside(frame, t) == is_inside).map(|(k, _)| k);
-                self.sample("int[]", "indices", of);
-                self.text += "        }\n";
-            }
-        }
         self.text += "    }\n";
     }
 
@@ -251,6 +232,41 @@ impl Clip {
             write!(self.text, "{comma}({x:?}, {y:?}, {z:?})").expect("a string grows");
         }
         self.text += "] }\n";
+    }
+}
+
+/// The triangles of one side with their vertices. A mesh without points is an error to many readers, so what has no triangles
+/// has one vertex.
+fn side(frame: &Frame, is_inside: bool) -> Frame {
+    let mut vertices = Vec::new();
+    let mut new = vec![u32::MAX; frame.positions.len()];
+    let mut triangles = Vec::new();
+    for t in frame.triangles.iter().filter(|t| inside(frame, t) == is_inside) {
+        triangles.push(t.map(|v| {
+            if new[v as usize] == u32::MAX {
+                new[v as usize] = vertices.len() as u32;
+                vertices.push(v as usize);
+            }
+            new[v as usize]
+        }));
+    }
+    if vertices.is_empty() && !frame.positions.is_empty() {
+        vertices.push(0);
+    }
+    fn of<T: Copy>(column: &[T], vertices: &[usize]) -> Vec<T> {
+        vertices.iter().map(|&v| column[v]).collect()
+    }
+    Frame {
+        positions: of(&frame.positions, &vertices),
+        normals: of(&frame.normals, &vertices),
+        velocity: of(&frame.velocity, &vertices),
+        damage: of(&frame.damage, &vertices),
+        id: of(&frame.id, &vertices),
+        inside: of(&frame.inside, &vertices),
+        piece: of(&frame.piece, &vertices),
+        triangles,
+        time: frame.time,
+        number: frame.number,
     }
 }
 

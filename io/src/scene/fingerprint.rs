@@ -59,6 +59,7 @@ pub(super) fn of(scene: &Scene) -> u64 {
         checkpoint_minutes,
         keep,
         on_write_error,
+        export,
         particles,
         picture,
     } = output;
@@ -99,6 +100,7 @@ pub(super) fn of(scene: &Scene) -> u64 {
     if *on_write_error == OnFailure::GoOn {
         hash.text("go_on");
     }
+    export.iter().for_each(|format| hash.text(format.name()));
     if !particles {
         hash.text("no particles");
     }

@@ -24,6 +24,8 @@ pub enum KeyKind {
     Text,
     /// One of a few words.
     Word(&'static [&'static str]),
+    /// A list of some of a few words, none twice.
+    Words(&'static [&'static str]),
     /// A finite number.
     Number(Range),
     /// A finite number, or one word.
@@ -94,6 +96,7 @@ impl Key {
         let words = match self.kind {
             KeyKind::Text => "a text in quotes".into(),
             KeyKind::Word(words) => format!("one of \"{}\"", words.join("\", \"")),
+            KeyKind::Words(words) => format!("a list of any of \"{}\"", words.join("\", \"")),
             KeyKind::Number(r) => format!("a finite number{}", of(r)),
             KeyKind::NumberOr(r, word) => format!("\"{word}\" or a finite number{}", of(r)),
             KeyKind::Whole(low, high) => format!("a whole number from {low} to {high}"),

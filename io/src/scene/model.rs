@@ -9,6 +9,7 @@ use glam::{DQuat, DVec3};
 use super::cells::Lattice;
 use super::error::Place;
 use super::parts::Part;
+use crate::export::Format;
 
 /// One solid, `[body.NAME]`.
 #[derive(Clone, Debug)]
@@ -447,6 +448,8 @@ pub struct Output {
     pub keep: u32,
     /// What a file that cannot be written does to the run.
     pub on_write_error: OnFailure,
+    /// What else frames are written as.
+    pub export: Vec<Format>,
     /// Whether frames have their particles beside them.
     pub particles: bool,
     /// The picture of the last frame.

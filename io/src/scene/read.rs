@@ -14,6 +14,7 @@ use super::parts;
 use super::reader::{Reader, Unless};
 use super::tree::{self, Item, Node};
 use super::{Scene, cells, colliders};
+use crate::export::Format;
 
 pub(super) fn scene(file: Arc<str>, text: String, tree: tree::Item, folder: &Path) -> Result<Scene, SceneError> {
     let top = Reader::top(&tree)?;
@@ -367,6 +368,7 @@ fn output(top: &Reader<'_>, duration: f64) -> Result<Output, SceneError> {
             "go_on" => OnFailure::GoOn,
             _ => OnFailure::Stop,
         },
+        export: r.get::<Vec<String>>("export")?.iter().filter_map(|name| Format::named(name)).collect(),
         particles: r.get::<String>("particles")? == "on",
         picture: Picture {
             width: whole(&p, "width")?,

@@ -219,6 +219,20 @@ impl Read for String {
     }
 }
 
+impl Read for Vec<String> {
+    fn read(item: &Item, key: &Key) -> Option<Self> {
+        let (Node::List(list), KeyKind::Words(words)) = (&item.node, key.kind) else { return None };
+        let mut all = Self::new();
+        for item in list {
+            match &item.node {
+                Node::Text(word) if words.contains(&word.as_str()) && !all.contains(word) => all.push(word.clone()),
+                _ => return None,
+            }
+        }
+        Some(all)
+    }
+}
+
 impl Read for DVec3 {
     fn read(item: &Item, key: &Key) -> Option<Self> {
         let x = Self::from_array(numbers(item)?);

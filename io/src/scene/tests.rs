@@ -7,6 +7,7 @@ use fissure_engine::params::Value;
 use glam::DVec3;
 
 use super::*;
+use crate::export::Format;
 
 /// The least that a scene can say.
 const MINIMAL: &str = "\
@@ -102,6 +103,7 @@ checkpoint_minutes = 15
 on_write_error = "go_on"
 keep = 0
 particles = "off"
+export = ["usd", "glb"]
 
 [output.picture]
 width = 640
@@ -216,6 +218,7 @@ fn a_full_scene_is_read_to_the_last_key() {
         checkpoint_minutes: Some(15.0),
         keep: 0,
         on_write_error: OnFailure::GoOn,
+        export: vec![Format::Usd, Format::Glb],
         particles: false,
         picture,
     };
@@ -341,6 +344,7 @@ fn another(key: &Key) -> Vec<String> {
         ("collider.N.motion", _) => vec!["collider.3.motion='free'".into(), "collider.3.mass=1".into()],
         (_, KeyKind::Text) => set("different"),
         (_, KeyKind::Word(words)) => set(words[1]),
+        (_, KeyKind::Words(words)) => set(&format!("['{}']", words[1])),
         (_, KeyKind::Number(_) | KeyKind::NumberOr(..)) => set("0.125"),
         (_, KeyKind::Whole(..)) => set("77"),
         (_, KeyKind::Yes) => set("true"),
@@ -377,7 +381,7 @@ fn every_documented_key_is_read_and_changes_the_fingerprint() {
         assert_ne!(scene.fingerprint(), before, "{} has no effect", key.path);
         count += 1;
     }
-    assert_eq!(count, 129, "keys that take a value");
+    assert_eq!(count, 130, "keys that take a value");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use fissure_engine::params::Range;
 
 use super::Fallback::{Said, Toml};
-use super::KeyKind::{Direction, Number, Table, Tables, Text, Three, Whole, Word};
+use super::KeyKind::{Direction, Number, Table, Tables, Text, Three, Whole, Word, Words};
 use super::{ANY, Key, of};
 
 pub(super) const KEYS: &[Key] = &[
@@ -105,6 +105,13 @@ pub(super) const KEYS: &[Key] = &[
         "",
         Toml("'stop'"),
         "what a frame or checkpoint that cannot be written does to the run; the last checkpoint stays",
+    ),
+    of(
+        "output.export",
+        Words(&["usd", "vtu", "ply", "obj", "glb", "pov"]),
+        "",
+        Toml("[]"),
+        "what else each frame is written as, in a folder of that name; `fissure help export` tells of them",
     ),
     of(
         "output.particles",
