@@ -54,6 +54,7 @@ pub(crate) enum Command {
         vtu: runs/vase/vtu/surface.pvd and particles.pvd for ParaView, pyvista, meshio\n  \
         glb: runs/vase/run.glb for game engines, a node per fragment with its rigid motion\n  \
         ply, obj, pov: a file per frame, with colours, groups per fragment, or as scenes for POV-Ray\n  \
+        html: runs/vase/run.html, the page of `fissure view` as one file to send; --every 4 for a smaller one\n  \
         --fragments: fragments.csv with mass, inertia, place, velocity and spin of each fragment at each frame\n\
         With output.export = [\"usd\", ...] in the scene, a run writes them as it goes on.\n\n\
         Of a checkpoint:\n  csv: a row per particle. npy: a folder with a NumPy file per column. vtu: particles.\n  \

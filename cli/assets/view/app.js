@@ -5,7 +5,7 @@ import { State } from './state.js';
 import { Stage } from './stage.js';
 import { Player } from './player.js';
 import { paint, rounded, valuesOf } from './colour.js';
-import { difference, largest } from './difference.js';
+import { difference, spread } from './difference.js';
 import { legend } from './legend.js';
 import { loaded, timeline } from './timeline.js';
 import { Plots } from './plots.js';
@@ -31,7 +31,7 @@ class Page {
   #plots;
   /** What is on the stage: for each run its surface and, if asked for, its particles. */
   #shown = [];
-  /** Ends of the scales: the largest number met so far. */
+  /** Ends of the scales: the largest number met so far, but for a few splinters. */
   #most = { speed: 0, difference: 0 };
   #wanted = 0;
   #grid = 0;
@@ -155,12 +155,12 @@ class Page {
   #values(frame, other) {
     const { colour } = this.#state;
     if (colour !== 'difference') {
-      if (colour === 'speed') this.#most.speed = Math.max(this.#most.speed, frame.fastest);
+      if (colour === 'speed') this.#most.speed = Math.max(this.#most.speed, frame.fast);
       return valuesOf(frame, colour);
     }
     const values = difference(frame, other);
-    const most = largest(values);
-    this.#most.difference = Math.max(this.#most.difference, most);
+    const { most, usual } = spread(values);
+    this.#most.difference = Math.max(this.#most.difference, usual);
     this.#note = most === 0 ? 'the same in both, here' : `up to ${most.toPrecision(3)} m now`;
     if (values.every(Number.isNaN)) this.#note = 'the two have no ids in common';
     return values;

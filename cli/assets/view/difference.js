@@ -25,9 +25,8 @@ export function difference(a, b) {
   return out;
 }
 
-/** The largest of `values` that is a number. */
-export function largest(values) {
-  let most = 0;
-  for (const x of values) if (x > most) most = x;
-  return most;
+/** The largest of `values`, and what 99 of 100 are not above. */
+export function spread(values) {
+  const sorted = values.filter((x) => !Number.isNaN(x)).sort();
+  return { most: sorted.at(-1) ?? 0, usual: sorted[Math.floor(0.99 * (sorted.length - 1))] ?? 0 };
 }

@@ -15,7 +15,7 @@ export function legend(place, mode, { look, top, note, pieces, grid }) {
     bar.style.background = `linear-gradient(to right, ${stops(mode).join(', ')})`;
     const ends = html('div', 'ends');
     const inUnit = (x) => `${short(x)}${unit && ` ${unit}`}`;
-    ends.append(html('span', '', '0'), html('span', '', short(top / 2)), html('span', '', inUnit(top)));
+    ends.append(html('span', '', '0'), html('span', '', short(top / 2)), html('span', '', `${mode === 'damage' ? '' : '≥ '}${inUnit(top)}`));
     parts.push(bar, ends);
   } else if (mode === 'piece') {
     parts.push(html('p', '', `${pieces.toLocaleString('en')} ${pieces === 1 ? 'piece' : 'pieces'}, each its own colour`));

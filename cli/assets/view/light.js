@@ -25,7 +25,7 @@ export function surroundings(renderer) {
   lamp(4, 4, 9, [-6, 5, 3]);
   lamp(1.5, 6, 4, [7, 2, -2]);
   const generator = new THREE.PMREMGenerator(renderer);
-  const { texture } = generator.fromScene(room, 0.03);
+  const { texture } = generator.fromScene(room, 0.03, 0.1, 100, { size: 64 });
   generator.dispose();
   return texture;
 }

@@ -44,7 +44,7 @@ export class Player {
   }
 
   #turn = (now) => {
-    const { state } = { state: this.#state };
+    const state = this.#state;
     if (!state.playing) return;
     requestAnimationFrame(this.#turn);
     if (now < this.#due) return;

@@ -10,8 +10,6 @@ const SLOW = 90;
 
 export class Stage {
   bodies = [];
-  /** Called after each picture with the milliseconds since the one before. */
-  drawn = () => {};
   #canvas;
   #renderer;
   #camera = new THREE.PerspectiveCamera(28, 1, 0.01, 100);
@@ -140,7 +138,7 @@ export class Stage {
     this.#camera.aspect = view.width / view.height;
     // a scene's camera is meant for a wide picture: a narrow one must see as much from left to right
     const half = THREE.MathUtils.degToRad(this.#opening / 2);
-    const wider = Math.max(1, 1.45 / this.#camera.aspect);
+    const wider = Math.max(1, 1.25 / this.#camera.aspect);
     this.#camera.fov = THREE.MathUtils.radToDeg(2 * Math.atan(Math.tan(half) * wider));
     this.#camera.updateProjectionMatrix();
     this.redraw();
@@ -165,11 +163,11 @@ export class Stage {
       this.#renderer.render(scene, this.#camera);
     });
     this.#renderer.shadowMap.needsUpdate = false;
-    this.drawn(performance.now() - start);
+    this.#ease(performance.now() - start);
   };
 
   /** Gives up what costs most where pictures come slowly: nobody can turn a body at five pictures a second. */
-  ease(milliseconds) {
+  #ease(milliseconds) {
     this.#slow = milliseconds > SLOW ? this.#slow + 1 : 0;
     if (this.#slow < 8 || !this.#light.castShadow) return;
     this.#light.castShadow = false;

@@ -66,25 +66,22 @@ function normals(raw) {
   return values;
 }
 
-/** Where nearly everything is (a splinter that flies off counts for nothing), and the largest speed. */
+/** Where nearly everything is, and how fast: a splinter that flies off counts for nothing. */
 function extent({ position, velocity }) {
   const stride = 3 * Math.max(1, Math.floor(position.length / 3 / 4000));
-  const low = [];
-  const high = [];
-  for (let axis = 0; axis < 3; axis++) {
-    const sample = [];
-    for (let k = axis; k < position.length; k += stride) sample.push(position[k]);
-    sample.sort((a, b) => a - b);
-    const lost = Math.floor(sample.length * 0.005);
-    low.push(sample[lost] ?? 0);
-    high.push(sample[sample.length - 1 - lost] ?? 0);
-  }
-  let fastest = 0;
-  for (let k = 0; k < (velocity?.length ?? 0); k += 3) {
-    const square = velocity[k] ** 2 + velocity[k + 1] ** 2 + velocity[k + 2] ** 2;
-    if (square > fastest) fastest = square;
-  }
-  return { low, high, fastest: Math.sqrt(fastest) };
+  const sample = (value) => {
+    const values = [];
+    for (let k = 0; k < position.length; k += stride) values.push(value(k));
+    return values.sort((a, b) => a - b);
+  };
+  const axes = [0, 1, 2].map((axis) => sample((k) => position[k + axis]));
+  const lost = Math.floor(axes[0].length * 0.005);
+  const speeds = sample((k) => Math.hypot(velocity[k], velocity[k + 1], velocity[k + 2]));
+  return {
+    low: axes.map((values) => values[lost] ?? 0),
+    high: axes.map((values) => values[values.length - 1 - lost] ?? 0),
+    fast: speeds[speeds.length - 1 - 2 * lost] ?? 0,
+  };
 }
 
 /** Which pieces there are, in the middle of what each lies, and the place of every vertex's piece among them. */
