@@ -4,6 +4,7 @@
 //! `piece` as `uint`. Faces hold nothing but three `int` indices. Time and number are one comment line.
 //! Layout by hand rather than by a PLY crate: the record is fixed, and a general writer asks for each number by name.
 
+use std::io::Read;
 use std::path::Path;
 
 use super::{Frame, FrameError, folder::number_of, header::Header};
@@ -106,6 +107,16 @@ pub fn write(frame: &Frame, path: &Path) -> Result<(), FrameError> {
 pub fn read(path: &Path) -> Result<Frame, FrameError> {
     let bytes = std::fs::read(path).map_err(|source| FrameError::Io { action: "read", path: path.into(), source })?;
     from_bytes(&bytes, path)
+}
+
+/// The time in the head of the file at `path` [s].
+pub(super) fn time(path: &Path) -> Result<f64, FrameError> {
+    // the head of a frame of ours takes 430 bytes
+    let mut head = Vec::with_capacity(4096);
+    let read = std::fs::File::open(path).and_then(|file| file.take(4096).read_to_end(&mut head));
+    read.map_err(|source| FrameError::Io { action: "read", path: path.into(), source })?;
+    let header = Header::parse(&head).map_err(|problem| FrameError::Format { path: path.into(), problem })?;
+    Ok(header.time)
 }
 
 /// As [`read`] from bytes already in memory; `path` is only named in errors and asked for the frame number.

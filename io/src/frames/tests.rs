@@ -25,6 +25,8 @@ fn a_frame_comes_back_bit_for_bit() {
     let path = folder.write(&sample()).unwrap();
     assert_eq!(path.file_name().unwrap(), "frame_0042.ply");
     assert_eq!(folder.read(42).unwrap(), sample());
+    assert_eq!(folder.time(42).unwrap(), sample().time);
+    assert!(folder.time(41).unwrap_err().to_string().contains("frame_0041.ply"));
     assert_eq!(std::fs::read_dir(folder.folder()).unwrap().count(), 1, "no temporary file stays behind");
     let empty = Frame { number: 3, ..Frame::default() };
     folder.write(&empty).unwrap();
