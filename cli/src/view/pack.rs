@@ -80,7 +80,7 @@ impl Pack {
     }
 
     /// The bytes.
-    pub fn to_bytes(mut self) -> Vec<u8> {
+    pub fn into_bytes(mut self) -> Vec<u8> {
         self.head.insert("columns".into(), self.columns.into());
         let mut head = Value::from(self.head).to_string();
         head.extend(std::iter::repeat_n(' ', (8 - (4 + head.len()) % 8) % 8));
