@@ -54,6 +54,7 @@ pub(crate) enum Command {
         vtu: runs/vase/vtu/surface.pvd and particles.pvd for ParaView, pyvista, meshio\n  \
         glb: runs/vase/run.glb for game engines, a node per fragment with its rigid motion\n  \
         ply, obj, pov: a file per frame, with colours, groups per fragment, or as scenes for POV-Ray\n  \
+        html: runs/vase/run.html, the page of `fissure view` as one file to send; --every 4 for a smaller one\n  \
         --fragments: fragments.csv with mass, inertia, place, velocity and spin of each fragment at each frame\n\
         With output.export = [\"usd\", ...] in the scene, a run writes them as it goes on.\n\n\
         Of a checkpoint:\n  csv: a row per particle. npy: a folder with a NumPy file per column. vtu: particles.\n  \
@@ -78,6 +79,11 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  fissure render runs/vase --frame 12 --color damage\n  \
         fissure render runs/vase --all\n  fissure render runs/vase --film vase.gif --size 640x360 --every 2")]
     Render(RenderArgs),
+    /// Show a run, or two side by side, on a page in the browser, also while it runs
+    #[command(after_help = "Examples:\n  fissure view runs/vase --open\n  fissure view runs/before runs/after\n\n\
+        The page is served to this machine only, at the address that is printed. `fissure export RUN --to html` makes a \
+        file of it.")]
+    View(ViewArgs),
     /// Draw what a run measured over time: energies, broken bonds, fragments, where the time went
     #[command(after_help = "Examples:\n  fissure plot runs/vase\n  fissure plot runs/vase --out vase.svg")]
     Plot(PlotArgs),
@@ -177,7 +183,7 @@ pub(crate) struct RenderArgs {
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// What gives the colour
-    #[arg(long, value_parser = ["material", "damage", "speed", "piece"])]
+    #[arg(long, value_parser = ["material", "damage", "stretch", "speed", "piece"])]
     pub color: Option<String>,
     /// Width and height in pixels, e.g. 640x360 [default: those of the scene]
     #[arg(long, value_name = "WxH")]
@@ -209,11 +215,27 @@ pub(crate) struct CheckArgs {
 }
 
 #[derive(Group)]
+pub(crate) struct ViewArgs {
+    /// The run folder
+    #[arg(value_name = "RUN")]
+    pub dir: PathBuf,
+    /// Another run, to compare with
+    #[arg(value_name = "RUN2")]
+    pub other: Option<PathBuf>,
+    /// The port on 127.0.0.1 [default: any that is free]
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    pub port: u16,
+    /// Open the page in the browser
+    #[arg(long)]
+    pub open: bool,
+}
+
+#[derive(Group)]
 pub(crate) struct ExportArgs {
     /// The run folder, or a checkpoint (.fis)
     pub path: PathBuf,
     /// The format [default: csv for a checkpoint]
-    #[arg(long, value_parser = ["usd", "vtu", "ply", "obj", "glb", "pov", "csv", "npy"])]
+    #[arg(long, value_parser = ["usd", "vtu", "ply", "obj", "glb", "pov", "html", "csv", "npy"])]
     pub to: Option<String>,
     /// The file or folder to write [default: in the run folder, or beside the checkpoint]
     #[arg(long)]
@@ -221,6 +243,9 @@ pub(crate) struct ExportArgs {
     /// The fragments of a run as a table (CSV)
     #[arg(long, conflicts_with = "to")]
     pub fragments: bool,
+    /// Of html: only every so manieth frame, and the last
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub every: u32,
 }
 
 #[derive(Group)]

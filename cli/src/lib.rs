@@ -23,6 +23,7 @@ mod say;
 mod schema;
 mod shell;
 mod verify;
+mod view;
 
 use std::process::ExitCode;
 
@@ -81,6 +82,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
         Command::Man { out } => shell::manual(&out),
         Command::Export(options) => export::command(&options),
         Command::Verify { path } => verify::command(&path),
+        Command::View(options) => view::command(&options),
         Command::Bench(options) => bench::command(&options, registry),
         Command::Diff(options) => diff::command(&options),
     }

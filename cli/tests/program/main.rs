@@ -12,6 +12,7 @@
 //! | `refusing` | bad input: one sentence, exit code 2, nothing half-written |
 //! | `figures` | figures 9 to 13 of Chen et al. against references: table, plot, and going on with them |
 //! | `lattices` | bodies made of cells: run, resumed, compared, drawn |
+//! | `viewing` | the page of `view`: what it serves, and to whom |
 //! | `seeing` | `plot`, films, previews; `check`, `schema`, `completions`, `man` |
 //! | `meshes` | meshes that other people made (`FISSURE_MESHES`) |
 
@@ -28,4 +29,5 @@ mod refusing;
 mod resuming;
 mod running;
 mod seeing;
+mod viewing;
 mod workshop;

@@ -21,6 +21,7 @@ fn surface(number: u32) -> Frame {
                 frame.normals.push([0.0, 1.0, 0.0]);
                 frame.velocity.push([1.0, 0.5, -1e-9]);
                 frame.damage.push(0.25);
+                frame.stretch.push(0.5);
                 frame.id.push(corner);
                 frame.inside.push(inside);
                 frame.piece.push(piece);

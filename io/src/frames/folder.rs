@@ -69,6 +69,14 @@ impl FrameFolder {
         Ok(path)
     }
 
+    /// The time of frame `number` [s], from the head of its file alone; 0 if it does not say.
+    ///
+    /// # Errors
+    /// [`FrameError::Io`], [`FrameError::Format`].
+    pub fn time(&self, number: u32) -> Result<f64, FrameError> {
+        ply::time(&self.path(number))
+    }
+
     /// As [`write`](Self::write), for particles.
     ///
     /// # Errors

@@ -9,6 +9,7 @@ fn sample() -> Frame {
         triangles: vec![[0, 1, 2], [2, 1, 3]],
         velocity: vec![[0.0, -4.5, 0.0], [1.0, 2.0, 3.0], [0.1, 0.2, 0.3], [-1.0, 0.0, 9.0]],
         damage: vec![0.0, 0.25, 1.0, 0.1],
+        stretch: vec![0.5, -0.25, 0.0, 1e-7],
         id: vec![7, 0, 16_777_217, u32::MAX],
         inside: vec![0, 1, 1, 0],
         piece: vec![3, 3, 0, 70_000],
@@ -24,6 +25,8 @@ fn a_frame_comes_back_bit_for_bit() {
     let path = folder.write(&sample()).unwrap();
     assert_eq!(path.file_name().unwrap(), "frame_0042.ply");
     assert_eq!(folder.read(42).unwrap(), sample());
+    assert_eq!(folder.time(42).unwrap(), sample().time);
+    assert!(folder.time(41).unwrap_err().to_string().contains("frame_0041.ply"));
     assert_eq!(std::fs::read_dir(folder.folder()).unwrap().count(), 1, "no temporary file stays behind");
     let empty = Frame { number: 3, ..Frame::default() };
     folder.write(&empty).unwrap();
