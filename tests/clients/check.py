@@ -60,7 +60,7 @@ def usd(run, frames):
             counts, indices = mesh.GetFaceVertexCountsAttr().Get(t), mesh.GetFaceVertexIndicesAttr().Get(t)
             expect(len(points) == len(velocities) == len(mesh.GetNormalsAttr().Get(t)), f"usd: columns of {path} at {t}")
             expect(UsdGeom.Mesh.ValidateTopology(indices, counts, len(points))[0], f"usd: indices of {path} at {t}")
-            for name in ["damage", "id", "inside", "piece"]:
+            for name in ["damage", "stretch", "id", "inside", "piece"]:
                 column = UsdGeom.PrimvarsAPI(mesh).GetPrimvar(name)
                 good = column.GetInterpolation() == "vertex" and len(column.Get(t)) == len(points)
                 expect(good, f"usd: {name} of {path} at {t}")
@@ -80,7 +80,7 @@ def vtk(run, frames):
     import pyvista as pv
 
     for part, arrays in {
-        "surface": {"Normals", "velocity", "damage", "id", "inside", "piece"},
+        "surface": {"Normals", "velocity", "damage", "stretch", "id", "inside", "piece"},
         "particles": {"velocity", "damage", "id", "piece", "body", "mass", "volume", "width"},
         "tets": {"velocity", "damage", "id", "piece", "body"},
     }.items():
@@ -202,8 +202,8 @@ def blender(run, frames, pictures):
             mesh = item.evaluated_get(graph).to_mesh()
             names = {a.name for a in mesh.attributes}
             # a mesh without faces, as that of the cracks is at first, keeps no columns
-            names |= {"damage", "id", "inside", "piece"} if not mesh.polygons else set()
-            expect({"velocity", "damage", "id", "inside", "piece"} <= names, f"blender: {item.name} keeps {names}")
+            names |= {"damage", "stretch", "id", "inside", "piece"} if not mesh.polygons else set()
+            expect({"velocity", "damage", "stretch", "id", "inside", "piece"} <= names, f"blender: {item.name} keeps {names}")
             expect(item.material_slots[0].material.name == item.name, f"blender: material of {item.name}")
             for vertex in mesh.vertices if item.name == "outside" else []:
                 place = item.matrix_world @ vertex.co
