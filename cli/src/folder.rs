@@ -134,11 +134,6 @@ impl RunFolder {
         FrameFolder::new(self.dir.join("colliders"))
     }
 
-    /// A row of numbers about each frame.
-    pub fn series(&self) -> PathBuf {
-        self.dir.join("series.csv")
-    }
-
     /// The checkpoints.
     ///
     /// # Errors
