@@ -16,8 +16,8 @@ fig01c|Chen et al., 1c|A plastic wall, hit by a ball|fig01c_plastic|-|
 fig01d|Chen et al., 1d|A plastic wall with a weak direction|fig01d_plastic|-|
 fig03|Chen et al., 3|A figure, drawn back and let go|fig03_armadillo|20|
 fig04|Chen et al., 4|An elastic and a plastic wall after the blow|fig04_walls|-|
-fig05a|Chen et al., 5|It may flow by γ = 0.1|fig05_gamma|-|body.wall.material.gamma=0.1
-fig05b|Chen et al., 5|The same with γ = 0.2|fig05_gamma|-|body.wall.material.gamma=0.2
+fig05a|Chen et al., 5|It may flow by γ = 0.1|fig05_gamma|-|body.wall.material.plastic_cap=0.1
+fig05b|Chen et al., 5|The same with γ = 0.2|fig05_gamma|-|body.wall.material.plastic_cap=0.2
 fig07|Chen et al., 7|Glass that weakens as it breaks, α = 2: less dust|fig01a_glass|-|body.wall.fracture.alpha=2
 fig08|Chen et al., 8|A bullet has gone through jello|fig08_jello|-|
 fig09|Chen et al., 9|Bars of ν = 0.1, 0.2, 0.3, 0.45, stretched|fig09_stretch|-|

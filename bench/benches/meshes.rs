@@ -99,6 +99,7 @@ impl Torn {
             normals: surface.normals(self.skin.positions()).iter().map(|n| n.as_vec3().into()).collect(),
             id: surface.vertices.iter().map(|&v| self.crack.origin()[v as usize]).collect(),
             damage: vec![0.0; n],
+            stretch: vec![0.0; n],
             piece: vec![0; n],
             inside: surface.inside,
             triangles: surface.triangles,

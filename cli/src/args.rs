@@ -183,7 +183,7 @@ pub(crate) struct RenderArgs {
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// What gives the colour
-    #[arg(long, value_parser = ["material", "damage", "speed", "piece"])]
+    #[arg(long, value_parser = ["material", "damage", "stretch", "speed", "piece"])]
     pub color: Option<String>,
     /// Width and height in pixels, e.g. 640x360 [default: those of the scene]
     #[arg(long, value_name = "WxH")]

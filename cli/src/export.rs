@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use fissure_io::atomic::write_atomically_with;
-use fissure_io::checkpoint::{self, ExportFormat};
+use fissure_io::checkpoint::{self, ExportFormat, FROZEN, Opened};
 use fissure_io::export::{self, About, Format, Shot, glb};
 use fissure_io::fragments::Table;
 use fissure_io::frames::{Frame, FrameError, FrameFolder};
 use fissure_io::picture::Camera;
 use fissure_io::scene::Scene;
+use glam::DVec3;
 
 use crate::args::ExportArgs;
 use crate::render::view;
@@ -120,7 +121,10 @@ pub(crate) fn convert(folder: &RunFolder, scene: &Scene, format: Format, out: Op
         let particles = |number| Ok(folder.particles().read_particles(number)?);
         let colliders = |number| Ok(there(&folder.colliders(), number)?);
         needs_particles(folder, &numbers)?;
-        glb::write(&out, &about, &numbers, &last, &particles, &colliders)?;
+        let rest = rest(folder, &about)?;
+        let frames =
+            glb::Run { numbers: &numbers, last: &last, rest: &rest, particles: &particles, colliders: &colliders };
+        glb::write(&out, &about, &frames)?;
         return Ok(numbers.len());
     };
     for &number in &numbers {
@@ -135,6 +139,14 @@ pub(crate) fn convert(folder: &RunFolder, scene: &Scene, format: Format, out: Op
     }
     stream.index()?;
     Ok(numbers.len())
+}
+
+/// Where the vertices of each body are at rest [m]; none of lattices.
+fn rest(folder: &RunFolder, about: &About) -> Result<Vec<Option<Vec<DVec3>>>, Error> {
+    let frozen = Opened::open(folder.dir().join(FROZEN))?;
+    frozen.verify()?;
+    let of = |name: &String| frozen.column(&format!("bodies/{name}/mesh"), "rest_vertex").ok();
+    Ok(about.bodies.iter().map(|name| of(name).map(<[DVec3]>::to_vec)).collect())
 }
 
 /// The fragments of a run as a table.

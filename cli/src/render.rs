@@ -116,6 +116,7 @@ const PREVIEW: u32 = 480;
 fn mode(word: &str) -> ColourMode {
     match word {
         "damage" => ColourMode::Damage,
+        "stretch" => ColourMode::Stretch,
         "speed" => ColourMode::Speed,
         "piece" => ColourMode::Piece,
         _ => ColourMode::Material,
@@ -130,6 +131,7 @@ pub(crate) fn view(scene: &Scene) -> View {
     view.mode = match p.colouring {
         Colouring::Material => ColourMode::Material,
         Colouring::Damage => ColourMode::Damage,
+        Colouring::Stretch => ColourMode::Stretch,
         Colouring::Speed => ColourMode::Speed,
         Colouring::Piece => ColourMode::Piece,
     };
@@ -160,6 +162,7 @@ pub(crate) fn whole_frame(folder: &RunFolder, number: u32) -> Result<Frame, Erro
         frame.damage.extend(more.damage);
         frame.id.extend(more.id);
         frame.inside.extend(more.inside);
+        frame.stretch.extend(more.stretch);
     }
     Ok(frame)
 }

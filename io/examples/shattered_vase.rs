@@ -186,6 +186,7 @@ fn push(vase: &mut Frame, x: DVec3, n: DVec3, crack: bool, piece: u32) {
     vase.normals.push(n.as_vec3().to_array());
     vase.velocity.push([0.0; 3]);
     vase.damage.push(if crack { 1.0 } else { 0.15 * random(u64::from(piece)) as f32 });
+    vase.stretch.push(0.0);
     vase.inside.push(u8::from(crack));
     vase.piece.push(piece);
 }

@@ -74,6 +74,7 @@ impl Shown {
         let colouring = match look.mode {
             ColourMode::Material => "material",
             ColourMode::Damage => "damage",
+            ColourMode::Stretch => "stretch",
             ColourMode::Speed => "speed",
             ColourMode::Piece => "piece",
         };

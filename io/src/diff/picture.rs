@@ -48,6 +48,7 @@ pub fn frame(a: &Side, b: &Side, diff: &FileDiff) -> Result<Option<(Frame, Strin
             frame.positions.push((x.as_vec3() + corner * size).into());
             frame.normals.push(corner.into());
             frame.damage.push(share);
+            frame.stretch.push(0.0);
         }
         frame.triangles.extend(FACES.map(|face| face.map(|v| base + v)));
     }

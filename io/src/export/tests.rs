@@ -21,6 +21,7 @@ fn surface(number: u32) -> Frame {
                 frame.normals.push([0.0, 1.0, 0.0]);
                 frame.velocity.push([1.0, 0.5, -1e-9]);
                 frame.damage.push(0.25);
+                frame.stretch.push(0.5);
                 frame.id.push(corner);
                 frame.inside.push(inside);
                 frame.piece.push(piece);
@@ -320,48 +321,69 @@ fn floats(json: &Value, binary: &[u8], accessor: usize) -> Vec<f32> {
     bytemuck::pod_collect_to_vec(&binary[start..start + length])
 }
 
+/// In the shape of the last frame, and in that at rest.
 #[test]
 fn nodes_of_a_glb_move_as_the_particles_do() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("run.glb");
-    let numbers = [0, 1, 2, 3];
-    glb::write(&path, &about(), &numbers, &surface(3), &|n| Ok(particles(n)), &|_| Ok(None)).unwrap();
-    let (json, binary) = parts(&fs::read(&path).unwrap());
-    assert_eq!(json["buffers"][0]["byteLength"], binary.len());
-    let names: Vec<&str> = json["nodes"].as_array().unwrap().iter().map(|n| n["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["piece_0", "piece_1"]);
-    let extras = &json["nodes"][1]["extras"];
-    assert_eq!((&extras["parent"], &extras["born"], &extras["body"]), (&0.into(), &0.01.into(), &"half".into()));
-    assert_eq!((extras["mass"].as_f64().unwrap(), extras["inertia"].as_array().unwrap().len()), (4.0, 9));
-    // every corner of the mesh is where the surface has it at last, and each side has its material
-    let primitives = json["meshes"][1]["primitives"].as_array().unwrap();
-    assert_eq!(primitives.iter().map(|p| p["material"].as_u64().unwrap()).collect::<Vec<_>>(), [0, 1]);
-    let at = floats(&json, &binary, primitives[0]["attributes"]["POSITION"].as_u64().unwrap() as usize);
-    let centre = json["nodes"][1]["translation"].as_array().unwrap();
-    for (k, want) in surface(3).positions[12..].iter().flatten().enumerate() {
-        assert!((f64::from(at[k]) + centre[k % 3].as_f64().unwrap() - f64::from(*want)).abs() < 1e-6);
-    }
-    // turned by the inverse of what is to come, and the places of the particles' centres
-    let channels = json["animations"][0]["channels"].as_array().unwrap();
-    let output = |node: usize, path: &str| {
-        let channel = channels.iter().find(|c| c["target"]["node"] == node && c["target"]["path"] == path).unwrap();
-        let sampler = &json["animations"][0]["samplers"][channel["sampler"].as_u64().unwrap() as usize];
-        assert_eq!(floats(&json, &binary, sampler["input"].as_u64().unwrap() as usize), [0.0, 0.01, 0.02, 0.03]);
-        floats(&json, &binary, sampler["output"].as_u64().unwrap() as usize)
+    let (numbers, last) = ([0, 1, 2, 3], surface(3));
+    let run = |numbers, rest| glb::Run {
+        numbers,
+        last: &last,
+        rest,
+        particles: &|n| Ok(particles(n)),
+        colliders: &|n| Ok(Some(surface(n))),
     };
-    for node in 0..2 {
-        for (number, (turn, place)) in
-            output(node, "rotation").chunks(4).zip(output(node, "translation").chunks(3)).enumerate()
-        {
-            let angle = 0.1 * (number as f32 - 3.0);
-            let want = [0.0, (angle / 2.0).sin(), 0.0, (angle / 2.0).cos()];
-            let off = turn.iter().zip(want).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            assert!(off < 1e-5, "frame {number}: {turn:?} {want:?}"); // measured: below 1e-6
-            let frame = particles(number as u32);
-            let mean = |axis: usize| frame.positions[8 * node..][..8].iter().map(|p| p[axis]).sum::<f32>() / 8.0;
-            assert!((0..3).all(|axis| (place[axis] - mean(axis)).abs() < 1e-5), "{place:?}");
+    let corners = [glam::DVec3::ZERO, glam::DVec3::X, glam::DVec3::Y, glam::DVec3::Z];
+    let shapes = [None, Some(corners.to_vec())];
+    for rest in &shapes {
+        let reference = if rest.is_some() { 0 } else { 3 };
+        glb::write(&path, &about(), &run(&numbers, std::slice::from_ref(rest))).unwrap();
+        let (json, binary) = parts(&fs::read(&path).unwrap());
+        assert_eq!(json["buffers"][0]["byteLength"], binary.len());
+        let names: Vec<&str> = json["nodes"].as_array().unwrap().iter().map(|n| n["name"].as_str().unwrap()).collect();
+        assert_eq!(names, ["piece_0", "piece_1", "collider_0", "collider_1"]);
+        let extras = &json["nodes"][1]["extras"];
+        assert_eq!((&extras["parent"], &extras["born"], &extras["body"]), (&0.into(), &0.01.into(), &"half".into()));
+        assert_eq!((extras["mass"].as_f64().unwrap(), extras["inertia"].as_array().unwrap().len()), (4.0, 9));
+        let mean = |number: u32, node: usize, axis: usize| {
+            particles(number).positions[8 * node..][..8].iter().map(|p| p[axis]).sum::<f32>() / 8.0
+        };
+        // every corner of the mesh is where it is in the reference, and each side has its material
+        let primitives = json["meshes"][1]["primitives"].as_array().unwrap();
+        assert_eq!(primitives.iter().map(|p| p["material"].as_u64().unwrap()).collect::<Vec<_>>(), [0, 1]);
+        let accessor = |name: &str| primitives[0]["attributes"][name].as_u64().unwrap() as usize;
+        let (at, normals) = (floats(&json, &binary, accessor("POSITION")), floats(&json, &binary, accessor("NORMAL")));
+        for v in 0..12 {
+            let want: [f32; 3] = match rest {
+                Some(rest) => rest[last.id[12 + v] as usize].as_vec3().into(),
+                None => last.positions[12 + v],
+            };
+            let off = (0..3).map(|k| (at[3 * v + k] + mean(reference, 1, k) - want[k]).abs()).fold(0.0, f32::max);
+            assert!(off < 1e-6, "vertex {v}: {off}"); // measured: f32
+        }
+        // the face in the plane z = 0 looks down, whatever the frame said of it
+        let down = if rest.is_some() { [0.0, 0.0, -1.0] } else { [0.0, 1.0, 0.0] };
+        assert_eq!(normals[..3], down);
+        let channels = json["animations"][0]["channels"].as_array().unwrap();
+        let output = |node: usize, path: &str| {
+            let of = |c: &&Value| c["target"]["node"] == node && c["target"]["path"] == path;
+            let sampler = channels.iter().find(of).unwrap()["sampler"].as_u64().unwrap() as usize;
+            let sampler = &json["animations"][0]["samplers"][sampler];
+            assert_eq!(floats(&json, &binary, sampler["input"].as_u64().unwrap() as usize), [0.0, 0.01, 0.02, 0.03]);
+            floats(&json, &binary, sampler["output"].as_u64().unwrap() as usize)
+        };
+        for node in 0..2 {
+            let (turns, places) = (output(node, "rotation"), output(node, "translation"));
+            for (number, (turn, place)) in (0..).zip(turns.chunks(4).zip(places.chunks(3))) {
+                let angle = 0.1 * (number as f32 - reference as f32);
+                let want = [0.0, (angle / 2.0).sin(), 0.0, (angle / 2.0).cos()];
+                let off = turn.iter().zip(want).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                assert!(off < 1e-5, "frame {number}: {turn:?} {want:?}"); // measured: below 1e-6
+                assert!((0..3).all(|k| (place[k] - mean(number, node, k)).abs() < 1e-5), "{place:?}");
+            }
         }
     }
-    let none = glb::write(&path, &about(), &[], &surface(3), &|n| Ok(particles(n)), &|_| Ok(None));
+    let none = glb::write(&path, &about(), &run(&[], &[None]));
     assert!(none.unwrap_err().to_string().contains("no frame"));
 }

@@ -26,7 +26,7 @@ const HEAD: &str = "#usda 1.0\n";
 const MESHES: [&str; 3] = ["outside", "inside", "colliders"];
 
 /// What varies on every surface: type, name, and whether it is one value a vertex.
-const SURFACE: [(&str, &str, bool); 10] = [
+const SURFACE: [(&str, &str, bool); 11] = [
     ("float3[]", "extent", false),
     ("int[]", "faceVertexCounts", false),
     ("int[]", "faceVertexIndices", false),
@@ -34,6 +34,7 @@ const SURFACE: [(&str, &str, bool); 10] = [
     ("point3f[]", "points", false),
     ("vector3f[]", "velocities", false),
     ("float[]", "primvars:damage", true),
+    ("float[]", "primvars:stretch", true),
     ("int[]", "primvars:id", true),
     ("int[]", "primvars:inside", true),
     ("int[]", "primvars:piece", true),
@@ -173,6 +174,7 @@ impl Clip {
         self.vectors("point3f[]", "points", &frame.positions);
         self.vectors("vector3f[]", "velocities", &frame.velocity);
         self.sample("float[]", "primvars:damage", &frame.damage);
+        self.sample("float[]", "primvars:stretch", &frame.stretch);
         self.sample("int[]", "primvars:id", &frame.id);
         self.sample("int[]", "primvars:inside", &frame.inside);
         self.sample("int[]", "primvars:piece", &frame.piece);
@@ -261,6 +263,7 @@ fn side(frame: &Frame, is_inside: bool) -> Frame {
         normals: of(&frame.normals, &vertices),
         velocity: of(&frame.velocity, &vertices),
         damage: of(&frame.damage, &vertices),
+        stretch: of(&frame.stretch, &vertices),
         id: of(&frame.id, &vertices),
         inside: of(&frame.inside, &vertices),
         piece: of(&frame.piece, &vertices),

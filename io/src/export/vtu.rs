@@ -121,6 +121,7 @@ fn surface(frame: &Frame) -> Grid<'_> {
         Array::of("Normals", 3, &frame.normals),
         Array::of("velocity", 3, &frame.velocity),
         Array::of("damage", 1, &frame.damage),
+        Array::of("stretch", 1, &frame.stretch),
         Array::of("id", 1, &frame.id),
         Array::of("inside", 1, &frame.inside),
         Array::of("piece", 1, &frame.piece),

@@ -167,6 +167,7 @@ impl Header {
         frame.normals = vec![[0.0; 3]; n];
         frame.velocity = vec![[0.0; 3]; n];
         frame.damage = vec![0.0; n];
+        frame.stretch = vec![0.0; n];
         frame.id = (0..n as u32).collect();
         frame.inside = vec![0; n];
         frame.piece = vec![0; n];
@@ -183,6 +184,7 @@ impl Header {
                 "velocity_y" => values.for_each(|(k, v)| frame.velocity[k][1] = v as f32),
                 "velocity_z" => values.for_each(|(k, v)| frame.velocity[k][2] = v as f32),
                 "damage" => values.for_each(|(k, v)| frame.damage[k] = v as f32),
+                "stretch" => values.for_each(|(k, v)| frame.stretch[k] = v as f32),
                 "id" => values.for_each(|(k, v)| frame.id[k] = v as u32),
                 "inside" => values.for_each(|(k, v)| frame.inside[k] = v as u8),
                 "piece" => values.for_each(|(k, v)| frame.piece[k] = v as u32),

@@ -34,6 +34,8 @@ pub struct Frame {
     pub velocity: Vec<[f32; 3]>,
     /// Damage, 0 (whole) to 1 (every bond broken).
     pub damage: Vec<f32>,
+    /// How much longer the surface is than at rest, along the direction in which that is most; 0 unstretched.
+    pub stretch: Vec<f32>,
     /// The rest vertex each vertex comes from; the same in every frame, while vertices split.
     pub id: Vec<u32>,
     /// 1 on crack faces, 0 on the skin the body began with.
@@ -102,6 +104,7 @@ impl Frame {
             ("normals", self.normals.len()),
             ("velocity", self.velocity.len()),
             ("damage", self.damage.len()),
+            ("stretch", self.stretch.len()),
             ("id", self.id.len()),
             ("inside", self.inside.len()),
             ("piece", self.piece.len()),

@@ -1,6 +1,6 @@
 //! Frames as binary little-endian PLY.
 //!
-//! One vertex is 49 bytes: position, normal, velocity and damage as `float`, `id` as `uint`, `inside` as `uchar`,
+//! One vertex is 53 bytes: position, normal, velocity, damage and stretch as `float`, `id` as `uint`, `inside` as `uchar`,
 //! `piece` as `uint`. Faces hold nothing but three `int` indices. Time and number are one comment line.
 //! Layout by hand rather than by a PLY crate: the record is fixed, and a general writer asks for each number by name.
 
@@ -11,7 +11,7 @@ use super::{Frame, FrameError, folder::number_of, header::Header};
 use crate::atomic::write_atomically;
 
 /// Vertex properties in file order.
-const PROPERTIES: [(&str, &str); 13] = [
+const PROPERTIES: [(&str, &str); 14] = [
     ("float", "x"),
     ("float", "y"),
     ("float", "z"),
@@ -22,13 +22,14 @@ const PROPERTIES: [(&str, &str); 13] = [
     ("float", "velocity_y"),
     ("float", "velocity_z"),
     ("float", "damage"),
+    ("float", "stretch"),
     ("uint", "id"),
     ("uchar", "inside"),
     ("uint", "piece"),
 ];
 /// What [`coloured`] frames have behind them.
 const COLOURS: [(&str, &str); 3] = [("uchar", "red"), ("uchar", "green"), ("uchar", "blue")];
-const VERTEX_BYTES: usize = 11 * 4 + 1 + 4;
+const VERTEX_BYTES: usize = 12 * 4 + 1 + 4;
 const FACE_BYTES: usize = 1 + 3 * 4;
 
 /// The bytes of `frame` as a PLY file.
@@ -62,6 +63,7 @@ fn bytes(
             }
         }
         out.extend_from_slice(&frame.damage[k].to_le_bytes());
+        out.extend_from_slice(&frame.stretch[k].to_le_bytes());
         out.extend_from_slice(&frame.id[k].to_le_bytes());
         out.push(frame.inside[k]);
         out.extend_from_slice(&frame.piece[k].to_le_bytes());

@@ -15,6 +15,12 @@ pub(super) fn damage(t: f32) -> Vec3A {
     scale(&[[0.87, 0.88, 0.89], [0.96, 0.80, 0.53], [0.90, 0.42, 0.22], [0.58, 0.07, 0.13]], t)
 }
 
+/// From blue (−1, shorter) over pale to red (1, longer), readable without colour vision (after Brewer's red-blue).
+pub(super) fn stretch(t: f32) -> Vec3A {
+    let stops = [[0.13, 0.40, 0.67], [0.57, 0.77, 0.87], [0.94, 0.94, 0.93], [0.96, 0.65, 0.51], [0.70, 0.09, 0.17]];
+    scale(&stops, 0.5 + 0.5 * if t.is_finite() { t } else { 0.0 })
+}
+
 /// Dark blue over green to yellow, readable without colour vision (after viridis, Smith and van der Walt 2015).
 pub(super) fn speed(t: f32) -> Vec3A {
     scale(&[[0.27, 0.00, 0.33], [0.23, 0.32, 0.55], [0.13, 0.57, 0.55], [0.37, 0.79, 0.38], [0.99, 0.91, 0.14]], t)

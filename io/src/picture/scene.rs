@@ -171,17 +171,21 @@ struct Painter {
     outside: Vec3A,
     crack: Vec3A,
     fastest: f32,
+    /// The stretch of the last colour.
+    longest: f32,
 }
 
 impl Painter {
     fn new(frames: &[&Frame], view: &View) -> Self {
         let speeds = frames.iter().flat_map(|f| f.velocity.iter()).map(|&v| Vec3A::from(v).length());
         let fastest = view.speed_range.unwrap_or_else(|| speeds.filter(|s| s.is_finite()).fold(0.0, f32::max));
+        let longest = view.stretch_range.unwrap_or_else(|| most_stretches(frames));
         Self {
             mode: view.mode,
             outside: colour::linear(view.palette.outside),
             crack: colour::linear(view.palette.crack),
             fastest: fastest.max(1e-12),
+            longest: longest.max(1e-12),
         }
     }
 
@@ -192,6 +196,7 @@ impl Painter {
             ColourMode::Material if crack => self.crack,
             ColourMode::Material => self.outside,
             ColourMode::Damage => colour::damage(value(&frame.damage)),
+            ColourMode::Stretch => colour::stretch(value(&frame.stretch) / self.longest),
             ColourMode::Speed => {
                 let v = frame.velocity.get(v).map_or(0.0, |&v| Vec3A::from(v).length());
                 colour::speed(v / self.fastest)
@@ -199,4 +204,15 @@ impl Painter {
             ColourMode::Piece => colour::piece(frame.piece.get(v).copied().unwrap_or(0)) * dim,
         }
     }
+}
+
+/// What 99 of 100 vertices do not exceed in stretch, either way.
+pub(super) fn most_stretches(frames: &[&Frame]) -> f32 {
+    let sizes = frames.iter().flat_map(|f| &f.stretch).map(|s| s.abs()).filter(|s| s.is_finite());
+    let mut sizes: Vec<f32> = sizes.collect();
+    if sizes.is_empty() {
+        return 0.0;
+    }
+    let rank = (sizes.len() - 1) * 99 / 100;
+    *sizes.select_nth_unstable_by(rank, f32::total_cmp).1
 }

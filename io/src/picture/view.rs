@@ -10,6 +10,9 @@ pub enum ColourMode {
     Material,
     /// Damage, 0 to 1, from pale to deep red.
     Damage,
+    /// How much longer the surface is than at rest, from blue (shorter) over pale (as at rest) to red (longer); see
+    /// [`View::stretch_range`].
+    Stretch,
     /// Speed, from dark blue over green to yellow; see [`View::speed_range`].
     Speed,
     /// A colour of its own for each fragment.
@@ -69,6 +72,9 @@ pub struct View {
     /// Speed drawn in the last colour of [`ColourMode::Speed`] (m/s); `None` takes the largest in the frames. Give it
     /// for a film, or the scale changes from frame to frame.
     pub speed_range: Option<f32>,
+    /// Stretch drawn in the last colours of [`ColourMode::Stretch`]; `None` takes the largest in the frames, but for a
+    /// hundredth of the vertices, where cracks tear at the surface.
+    pub stretch_range: Option<f32>,
     /// Colours of the material mode, the ground and the background.
     pub palette: Palette,
 }
@@ -86,6 +92,7 @@ impl Default for View {
             ground: Some(0.0),
             mode: ColourMode::Material,
             speed_range: None,
+            stretch_range: None,
             palette: Palette::default(),
         }
     }

@@ -491,6 +491,8 @@ pub enum Colouring {
     Material,
     /// Share of broken bonds.
     Damage,
+    /// How much longer the surface is than at rest.
+    Stretch,
     /// Speed.
     Speed,
     /// Connected pieces.

@@ -377,6 +377,7 @@ fn output(top: &Reader<'_>, duration: f64) -> Result<Output, SceneError> {
             target: p.get_if("target")?,
             colouring: match p.get::<String>("color")?.as_str() {
                 "damage" => Colouring::Damage,
+                "stretch" => Colouring::Stretch,
                 "speed" => Colouring::Speed,
                 "piece" => Colouring::Piece,
                 _ => Colouring::Material,

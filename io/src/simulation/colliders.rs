@@ -160,6 +160,7 @@ pub(super) fn frame(world: &World, number: u32) -> Frame {
             frame.normals.push((c.orientation * normal).normalize_or_zero().as_vec3().into());
             frame.velocity.push((c.velocity + spin.cross(arm)).as_vec3().into());
             frame.damage.push(0.0);
+            frame.stretch.push(0.0);
             frame.id.push(frame.id.len() as u32);
             frame.inside.push(0);
             frame.piece.push(k as u32);

@@ -47,6 +47,8 @@ pub(crate) struct Moved<'a> {
     /// Positions of the mesh vertices [m] and their velocities [m/s].
     pub positions: &'a [DVec3],
     pub velocities: &'a [DVec3],
+    /// Places at rest of the mesh vertices [m].
+    pub rest: &'a dyn Fn(u32) -> DVec3,
     /// For each mesh vertex the vertex at rest, a tetrahedron or cell that it is a vertex of, and its damage.
     pub origin: &'a [u32],
     pub cell: Vec<u32>,
@@ -180,12 +182,13 @@ impl Embedded {
                     surface: &mesh.surface(),
                     positions: skin.positions(),
                     velocities: skin.velocities(),
+                    rest: &|v| mesh.rest_position(v),
                     origin: mesh.origin(),
                     cell: vertices.clone().map(|v| mesh.tets_around(v).last().unwrap_or(0)).collect(),
                     damage: vertices.map(|v| mean(&mut mesh.tets_around(v))).collect(),
                 })
             }
-            Self::Cells(Cells { follower, patchwork, .. }) => {
+            Self::Cells(Cells { facets, follower, patchwork, .. }) => {
                 let none = Patchwork::default();
                 let patchwork = patchwork.as_ref().unwrap_or(&none);
                 let carrier = body.material.lattice(&all.of(&body.range)).map_or(&[][..], |pose| pose.carrier);
@@ -195,6 +198,7 @@ impl Embedded {
                     surface: &patchwork.surface,
                     positions: follower.positions(),
                     velocities: follower.velocities(),
+                    rest: &|v| facets.rest_position(patchwork.origin[v as usize]),
                     origin: &patchwork.origin,
                     cell: copies.clone().map(|v| patchwork.cells_of(v)[0]).collect(),
                     damage: copies.map(|v| mean(&mut nodes(v))).collect(),

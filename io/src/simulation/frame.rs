@@ -31,6 +31,8 @@ impl Simulation {
                 }
                 let normals = moved.surface.normals(moved.positions);
                 frame.normals.extend(normals.iter().map(|n| <[f32; 3]>::from(n.as_vec3())));
+                let stretches = moved.surface.stretches(moved.positions, moved.rest);
+                frame.stretch.extend(stretches.iter().map(|&s| s as f32));
                 frame.triangles.extend(moved.surface.triangles.iter().map(|t| t.map(|v| first + v)));
             });
         }

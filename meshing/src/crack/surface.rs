@@ -161,4 +161,31 @@ impl Surface {
         }
         sum.into_iter().map(DVec3::normalize_or_zero).collect()
     }
+
+    /// How much longer than at rest the surface is at each of its vertices, along the direction in which that is most: λ − 1
+    /// with the larger principal stretch λ of each triangle, in the mean of those around a vertex weighted by their areas at
+    /// rest. `positions` [m] are those of the mesh vertices, `rest` gives their places at rest [m].
+    pub fn stretches(&self, positions: &[DVec3], rest: impl Fn(u32) -> DVec3) -> Vec<f64> {
+        let mut sum = vec![(0.0, 0.0); self.vertices.len()];
+        for (t, tri) in self.triangles.iter().enumerate() {
+            let corners = self.mesh_triangle(t);
+            let metric = |[a, b, c]: [DVec3; 3]| {
+                let (u, v) = (b - a, c - a);
+                [u.dot(u), u.dot(v), v.dot(v)]
+            };
+            let (then, now) = (metric(corners.map(&rest)), metric(corners.map(|v| positions[v as usize])));
+            let (area, det) = (then[0] * then[2] - then[1] * then[1], now[0] * now[2] - now[1] * now[1]);
+            if area <= 0.0 {
+                continue;
+            }
+            // λ² are the eigenvalues of the metric now in terms of that at rest
+            let half = 0.5 * (then[2] * now[0] - 2.0 * then[1] * now[1] + then[0] * now[2]) / area;
+            let stretch = (half + (half * half - det / area).max(0.0).sqrt()).sqrt() - 1.0;
+            for &v in tri {
+                let (total, weight) = &mut sum[v as usize];
+                (*total, *weight) = (*total + area.sqrt() * stretch, *weight + area.sqrt());
+            }
+        }
+        sum.into_iter().map(|(total, weight)| if weight > 0.0 { total / weight } else { 0.0 }).collect()
+    }
 }

@@ -26,6 +26,7 @@ fn rectangle(frame: &mut Frame, corners: [[f32; 3]; 4], inside: u8) {
         frame.normals.push(normal);
         frame.velocity.push([0.0; 3]);
         frame.damage.push(f32::from(inside));
+        frame.stretch.push(0.5 * f32::from(inside));
         frame.inside.push(inside);
         frame.piece.push(0);
     }
@@ -105,7 +106,7 @@ fn every_mode_colours_by_its_own_column() {
     b.damage.fill(1.0);
     b.velocity.fill([0.0, -3.0, 0.0]);
     b.piece.fill(1);
-    for mode in [ColourMode::Damage, ColourMode::Speed, ColourMode::Piece] {
+    for mode in [ColourMode::Damage, ColourMode::Speed, ColourMode::Stretch, ColourMode::Piece] {
         let view = View { mode, speed_range: Some(3.0), ..level() };
         let [a, b] = [&a, &b].map(|f| render(&[f], &view).unwrap().at(78, 45).unwrap());
         let apart: i32 = (0..3).map(|k| (i32::from(a[k]) - i32::from(b[k])).abs()).sum();
@@ -151,7 +152,7 @@ fn broken_numbers_leave_triangles_out_and_nothing_else() {
     assert_eq!(render(&[&frame], &level()).unwrap(), whole);
     frame.velocity.fill([f32::NAN; 3]);
     frame.damage.fill(f32::NAN);
-    for mode in [ColourMode::Damage, ColourMode::Speed, ColourMode::Piece] {
+    for mode in [ColourMode::Damage, ColourMode::Speed, ColourMode::Stretch, ColourMode::Piece] {
         render(&[&frame], &View { mode, ..small() }).unwrap();
     }
     frame.positions.iter_mut().step_by(2).for_each(|p| *p = [1e38, -1e38, 1e30]);

@@ -127,7 +127,7 @@ pub(super) const KEYS: &[Key] = &[
     of("output.picture.target", Three(ANY), "m", Said("the middle of what is shown"), "where the camera looks"),
     of(
         "output.picture.color",
-        Word(&["material", "damage", "speed", "piece"]),
+        Word(&["material", "damage", "stretch", "speed", "piece"]),
         "",
         Toml("'material'"),
         "what the colours show",
