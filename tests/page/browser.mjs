@@ -34,7 +34,7 @@ critical_stretch = 0.05
 [[collider]]
 name = "ball"
 shape = { kind = "ball", radius = 0.03 }
-position = [0.2, 0.03, 0]
+position = [-0.12, 0.03, -0.08]
 
 [ground]
 

@@ -75,7 +75,8 @@ test('colours, shapes, crack faces and fragments change what is seen', async () 
     assert.ok(differing(before, now) > least, `${what}: ${differing(before, now)} pixels`);
     before = now;
   };
-  for (const [key, name] of [['2', 'Damage'], ['3', 'Speed'], ['4', 'Piece'], ['5', 'Inside'], ['1', 'Material']]) {
+  for (const [key, name] of [['2', 'Damage'], ['3', 'Speed'], ['4', 'Piece'], ['5', 'Inside'],
+    ['6', 'Stretch'], ['1', 'Material']]) {
     await changes(name, () => page.keyboard.press(key));
     assert.equal(await legend(page), name);
   }
@@ -145,7 +146,7 @@ test('two runs stand side by side, and their difference has a colour', async (t)
   t.after(both.end);
   const { page, said } = await open(both.url);
   assert.equal((await page.locator('#labels').innerText()).replace(/\s+/g, ' ').trim(), 'a b');
-  await page.keyboard.press('6');
+  await page.keyboard.press('7');
   assert.equal(await legend(page), 'Difference');
   assert.match(await page.locator('#legend').innerText(), /the same in both/);
   const same = await pixels(page);
