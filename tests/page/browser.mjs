@@ -34,7 +34,7 @@ critical_stretch = 0.05
 [[collider]]
 name = "ball"
 shape = { kind = "ball", radius = 0.03 }
-position = [0.2, 0.03, 0]
+position = [-0.12, 0.03, -0.08]
 
 [ground]
 
@@ -63,7 +63,7 @@ export async function view(...runs) {
     server.stdout.once('data', (text) => resolve(String(text).split('\n')[0]));
     server.once('exit', () => reject(new Error('fissure view ended')));
   });
-  return { url, end: () => server.kill() };
+  return { url, end: () => void server.kill() };
 }
 
 export const browser = await chromium.launch({
@@ -72,7 +72,7 @@ export const browser = await chromium.launch({
 });
 
 /** Opens a page and waits for its first picture; `said` collects errors and warnings. */
-export async function open(url, { width = 1280, height = 800 } = {}) {
+export async function open(url, { width = 900, height = 600 } = {}) {
   const page = await browser.newPage({ viewport: { width, height } });
   const said = [];
   page.on('console', (message) => ['error', 'warning'].includes(message.type()) && said.push(message.text()));

@@ -32,7 +32,7 @@ class Page {
   /** What is on the stage: for each run its surface and, if asked for, its particles. */
   #shown = [];
   /** Ends of the scales: the largest number met so far, but for a few splinters. */
-  #most = { speed: 0, difference: 0 };
+  #most = { speed: 0, stretch: 0, difference: 0 };
   #wanted = 0;
   #grid = 0;
   #note = '';
@@ -155,7 +155,7 @@ class Page {
   #values(frame, other) {
     const { colour } = this.#state;
     if (colour !== 'difference') {
-      if (colour === 'speed') this.#most.speed = Math.max(this.#most.speed, frame.fast);
+      if (colour in this.#most) this.#most[colour] = Math.max(this.#most[colour], frame[colour]);
       return valuesOf(frame, colour);
     }
     const values = difference(frame, other);

@@ -3,6 +3,7 @@
 const STOPS = {
   damage: [[0.87, 0.88, 0.89], [0.96, 0.80, 0.53], [0.90, 0.42, 0.22], [0.58, 0.07, 0.13]],
   speed: [[0.27, 0.00, 0.33], [0.23, 0.32, 0.55], [0.13, 0.57, 0.55], [0.37, 0.79, 0.38], [0.99, 0.91, 0.14]],
+  stretch: [[0.13, 0.40, 0.67], [0.57, 0.77, 0.87], [0.94, 0.94, 0.93], [0.96, 0.65, 0.51], [0.70, 0.09, 0.17]],
   difference: [[0.83, 0.85, 0.88], [0.42, 0.68, 0.86], [0.36, 0.30, 0.75], [0.92, 0.20, 0.45]],
 };
 const NEUTRAL = [0.36, 0.38, 0.41];
@@ -14,6 +15,7 @@ export const COLOURS = [
   { key: 'speed', name: 'Speed', unit: 'm/s' },
   { key: 'piece', name: 'Piece' },
   { key: 'inside', name: 'Inside' },
+  { key: 'stretch', name: 'Stretch', unit: '', signed: true },
   { key: 'difference', name: 'Difference', unit: 'm', pair: true },
 ];
 
@@ -67,8 +69,10 @@ export function paint(frame, mode, { look, values, top }) {
     for (let v = 0; v < count; v++) put(v, colours[of[v]], inside?.[v] ? 0.7 : 1);
   } else if (mode in TABLES && values) {
     const colours = TABLES[mode];
+    const { signed } = COLOURS.find(({ key }) => key === mode);
     for (let v = 0; v < count; v++) {
-      const n = 3 * Math.round(255 * Math.min(Math.max(values[v] / top || 0, 0), 1));
+      const share = values[v] / top || 0;
+      const n = 3 * Math.round(255 * Math.min(Math.max(signed ? 0.5 + 0.5 * share : share, 0), 1));
       for (let c = 0; c < 3; c++) out[3 * v + c] = colours[n + c];
     }
   } else {
@@ -81,7 +85,7 @@ export function paint(frame, mode, { look, values, top }) {
 
 /** The numbers behind a scale, for every vertex; nothing for colours without a scale. */
 export function valuesOf(frame, mode) {
-  if (mode === 'damage') return frame.columns.damage;
+  if (mode === 'damage' || mode === 'stretch') return frame.columns[mode];
   if (mode !== 'speed') return undefined;
   const { velocity } = frame.columns;
   const out = new Float32Array(velocity.length / 3);

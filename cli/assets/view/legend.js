@@ -8,14 +8,16 @@ const css = (srgb) => `rgb(${srgb.map((c) => Math.round(255 * c)).join(' ')})`;
 
 /** Draws the legend of `mode`, whose scale ends at `top`; `note` is what else must be known. */
 export function legend(place, mode, { look, top, note, pieces, grid }) {
-  const { name, unit } = COLOURS.find(({ key }) => key === mode);
+  const { name, unit, signed } = COLOURS.find(({ key }) => key === mode);
   const parts = [html('h2', '', name)];
   if (unit !== undefined) {
     const bar = html('div', 'scale');
     bar.style.background = `linear-gradient(to right, ${stops(mode).join(', ')})`;
     const ends = html('div', 'ends');
     const inUnit = (x) => `${short(x)}${unit && ` ${unit}`}`;
-    ends.append(html('span', '', '0'), html('span', '', short(top / 2)), html('span', '', `${mode === 'damage' ? '' : '≥ '}${inUnit(top)}`));
+    const [low, middle] = signed ? [`≤ −${short(top)}`, '0'] : ['0', short(top / 2)];
+    const high = `${mode === 'damage' ? '' : '≥ '}${inUnit(top)}`;
+    ends.append(...[low, middle, high].map((text) => html('span', '', text)));
     parts.push(bar, ends);
   } else if (mode === 'piece') {
     parts.push(html('p', '', `${pieces.toLocaleString('en')} ${pieces === 1 ? 'piece' : 'pieces'}, each its own colour`));

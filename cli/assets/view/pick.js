@@ -18,11 +18,11 @@ export function clicks(canvas, stage, chosen) {
 }
 
 /** The vertex of `frame` with this id; of several copies the one of that piece, then side, then the first. */
-export function find(frame, { id, piece, inside }) {
+export function find(frame, { id, piece, inside, body }) {
   const { columns } = frame;
   let [best, score] = [-1, -1];
   for (let v = 0; v < columns.id.length; v++) {
-    if (columns.id[v] !== id) continue;
+    if (columns.id[v] !== id || columns.body?.[v] !== body) continue;
     const fits = 2 * (columns.piece[v] === piece) + ((columns.inside?.[v] ?? 0) === inside);
     if (fits > score) [best, score] = [v, fits];
   }
@@ -34,6 +34,7 @@ export const chosen = ({ columns }, vertex) => ({
   id: columns.id[vertex],
   piece: columns.piece[vertex],
   inside: columns.inside?.[vertex] ?? 0,
+  body: columns.body?.[vertex],
 });
 
 /** Shows the values of a vertex in `card`; `extra` are further rows of name and text. */
@@ -48,6 +49,7 @@ export function tell(card, frame, vertex, what, extra, close) {
     ['velocity', `${vector(columns.velocity).join(', ')} m/s`],
     ['speed', `${short(speed)} m/s`],
     ['damage', short(columns.damage[vertex])],
+    ...(columns.stretch ? [['stretch', short(columns.stretch[vertex])]] : []),
     ['piece', String(columns.piece[vertex])],
   ];
   if (columns.inside) rows.push(['side', columns.inside[vertex] ? 'crack face' : 'outer surface']);

@@ -75,7 +75,7 @@ export class Stage {
       const back = new THREE.Vector3(
         Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation), Math.cos(elevation) * Math.cos(azimuth));
       this.#controls.target.copy(middle);
-      this.#camera.position.copy(middle).addScaledVector(back, (1.12 * radius) / Math.sin(half));
+      this.#camera.position.copy(middle).addScaledVector(back, (1.35 * radius) / Math.sin(half));
     }
     this.#resize();
     const around = Math.max(radius, 0.3 * this.#camera.position.distanceTo(this.#controls.target));

@@ -67,7 +67,7 @@ function normals(raw) {
 }
 
 /** Where nearly everything is, and how fast: a splinter that flies off counts for nothing. */
-function extent({ position, velocity }) {
+function extent({ position, velocity, stretch }) {
   const stride = 3 * Math.max(1, Math.floor(position.length / 3 / 4000));
   const sample = (value) => {
     const values = [];
@@ -77,10 +77,12 @@ function extent({ position, velocity }) {
   const axes = [0, 1, 2].map((axis) => sample((k) => position[k + axis]));
   const lost = Math.floor(axes[0].length * 0.005);
   const speeds = sample((k) => Math.hypot(velocity[k], velocity[k + 1], velocity[k + 2]));
+  const usual = (values) => values[values.length - 1 - 2 * lost] ?? 0;
   return {
     low: axes.map((values) => values[lost] ?? 0),
     high: axes.map((values) => values[values.length - 1 - lost] ?? 0),
-    fast: speeds[speeds.length - 1 - 2 * lost] ?? 0,
+    speed: usual(speeds),
+    stretch: stretch ? usual(sample((k) => Math.abs(stretch[k / 3]))) : 0,
   };
 }
 

@@ -77,6 +77,7 @@ impl Shown {
             ColourMode::Stretch => "stretch",
             ColourMode::Speed => "speed",
             ColourMode::Piece => "piece",
+            ColourMode::Stretch => "stretch",
         };
         Ok(json!({
             "name": self.name,
