@@ -77,7 +77,6 @@ impl Shown {
             ColourMode::Stretch => "stretch",
             ColourMode::Speed => "speed",
             ColourMode::Piece => "piece",
-            ColourMode::Stretch => "stretch",
         };
         Ok(json!({
             "name": self.name,
