@@ -11,7 +11,8 @@ fn a_run_leaves_its_folder() {
     let shop = Workshop::new();
     let answer = shop.good(&["run", "box.toml", "--out", "r"]);
     let run = shop.path("r");
-    let expected = ["checkpoint_", "frames", "frozen.fis", "last.png", "particles", "run.log", "scene.toml"];
+    let expected =
+        ["checkpoint_", "frames", "frozen.fis", "last.png", "particles", "run.log", "scene.toml", "series.csv"];
     for name in names(&run) {
         assert!(expected.iter().any(|e| name.starts_with(e)), "{name} is left");
     }
@@ -82,7 +83,11 @@ fn any_number_of_threads_gives_the_same_bytes() {
         shop.good(&["run", "box.toml", "--out", threads, "--threads", threads, "--quiet"]);
     }
     let one = shop.bytes("1");
-    assert_eq!(one.len(), 2 * 7 + 1 + 2, "7 frames and their particles, a checkpoint, frozen columns, a picture");
+    assert_eq!(
+        one.len(),
+        2 * 7 + 1 + 3,
+        "7 frames and their particles, a checkpoint, frozen columns, a picture, the series"
+    );
     for threads in ["2", "3"] {
         assert_same(&one, &shop.bytes(threads), &format!("1 and {threads} threads"));
     }
