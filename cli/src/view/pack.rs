@@ -81,7 +81,7 @@ impl Pack {
     }
 
     /// The bytes.
-    pub fn to_bytes(mut self) -> Vec<u8> {
+    pub fn into_bytes(mut self) -> Vec<u8> {
         self.head.insert("columns".into(), self.columns.into());
         let mut head = Value::from(self.head).to_string();
         head.extend(std::iter::repeat_n(' ', (8 - (4 + head.len()) % 8) % 8));
@@ -187,7 +187,7 @@ mod tests {
         let numbers = [[1.5_f32, -2.0], [2.5, 7.0], [1.7, 0.1], [f32::NAN, f32::INFINITY]];
         let mut pack = Pack::new(3, 0.5, Precision::Sixteen);
         pack.numbers("x", &numbers);
-        let (about, bytes) = column(&pack.to_bytes(), "x");
+        let (about, bytes) = column(&pack.into_bytes(), "x");
         let raw: Vec<u16> = bytes.chunks(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
         for (row, wanted) in numbers[..3].iter().enumerate() {
             for k in 0..2 {
@@ -199,7 +199,7 @@ mod tests {
         assert!((about["step"][1].as_f64().unwrap() - 9.0 / 65535.0).abs() < 1e-12);
         let mut pack = Pack::new(3, 0.5, Precision::Sixteen);
         pack.numbers::<3>("none", &[]);
-        assert_eq!(column(&pack.to_bytes(), "none").1, []);
+        assert!(column(&pack.into_bytes(), "none").1.is_empty());
     }
 
     #[test]

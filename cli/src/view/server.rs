@@ -145,7 +145,7 @@ impl Answer {
     }
 
     fn binary(pack: Pack) -> Self {
-        Self { status: "200 OK", kind: "application/octet-stream", body: pack.to_bytes() }
+        Self { status: "200 OK", kind: "application/octet-stream", body: pack.into_bytes() }
     }
 
     /// Everything before the body. Nothing is kept, framed, sniffed, or told to others.
