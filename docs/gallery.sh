@@ -25,9 +25,9 @@ fig10|Chen et al., 10|A soft and a stiff beam, bent by their weight|fig10_bend|-
 fig11|Chen et al., 11|A beam swings|fig11_swing|45|
 fig12|Chen et al., 12|A bar, twisted by half a turn|fig12_twist|-|
 fig13|Chen et al., 13|A pawn vibrates|fig13_stand_in|23|
-fig14|Chen et al., 14 and 18|A figure is torn apart|fig14_torn|-|
+fig14|Chen et al., 14 and 18|A figure is torn apart|fig14_torn|28|
 fig15|Chen et al., 15|Glass that is pressed: cracked, and in one piece|fig15_pressed|-|
-fig16|Chen et al., 16|A soft figure falls and breaks|bunny|-|body.bunny.mesh=scenes/assets/figure.ply
+fig16|Chen et al., 16|A soft figure falls and breaks|bunny|-|body.bunny.mesh=assets/figure.ply
 fig17|Chen et al., 17|A sheet with cuts is torn|fig17_sheet|-|
 lattice_fig04|Ohta et al., 4|A sphere is broken open: faces bent by noise|lattice/sphere|-|
 lattice_fig05|Ohta et al., 5|A rod tears, its nodes merge again|lattice/merging|-|

@@ -6,9 +6,9 @@
 //! frozen.fis               what never changes: rest positions, bonds, meshes
 //! checkpoint_00001234.fis  the state at a step; the newest few are kept
 //! frames/frame_0000.ply    the surfaces
-//! particles/frame_0000.ply the particles, unless `output.particles` is off
-//! usd, vtu, ply, obj, pov   exports, each in a folder of its own, and run.glb
 //! colliders/frame_0000.ply those of the colliders, if the scene has any but planes
+//! particles/frame_0000.ply the particles, unless `output.particles` is off
+//! usd, vtu, ply, obj, pov  exports, each in a folder of its own, and run.glb
 //! series.csv               what was measured at each frame
 //! last.png                 the last frame
 //! preview/frame_0000.png   small pictures, with `--preview`

@@ -72,16 +72,27 @@ impl Item {
             Row::error(format!("{label}: position, mean"), apart().sum::<f64>() / both.len() as f64),
         ];
         if let Reference::Track { .. } = self.kind {
-            let farthest = |of: fn(&(f64, DVec3, DVec3)) -> DVec3| {
-                let far = both.iter().map(|row| (row.0, of(row).length()));
-                far.fold((0.0, 0.0), |most, row| if row.1 > most.1 { row } else { most })
-            };
-            let (reference, ours) = (farthest(|row| row.1), farthest(|row| row.2));
-            rows.push(Row::of(format!("{label}: largest displacement [m]"), ours.1, reference.1));
-            rows.push(Row::of(format!("{label}: time of that [s]"), ours.0, reference.0));
+            let lengths = |of: fn(&(f64, DVec3, DVec3)) -> DVec3| both.iter().map(|row| of(row).length()).collect();
+            let (reference, ours): (Vec<f64>, Vec<f64>) = (lengths(|row| row.1), lengths(|row| row.2));
+            let largest = |lengths: &[f64]| lengths.iter().copied().fold(0.0, f64::max);
+            let (far, theirs) = (largest(&ours), largest(&reference));
+            rows.push(Row::of(format!("{label}: largest displacement [m]"), far, theirs));
+            let (ours, reference) = (both[first_swing(&ours)].0, both[first_swing(&reference)].0);
+            rows.push(Row::of(format!("{label}: time of the first swing [s]"), ours, reference));
         }
         rows
     }
+}
+
+/// A swing reaches so much of the largest displacement.
+const SWING: f64 = 0.8;
+
+/// Where `lengths` first turns back after coming near its largest: what swings on may be farthest in any of its swings, which
+/// differ by less than two methods do.
+fn first_swing(lengths: &[f64]) -> usize {
+    let least = SWING * lengths.iter().copied().fold(0.0, f64::max);
+    let turns = |k: &usize| lengths[*k] >= least && lengths.get(k + 1).is_none_or(|next| next < &lengths[*k]);
+    (0..lengths.len()).find(turns).unwrap_or(0)
 }
 
 /// The components of `x` that `reference` has, 0 for the others.

@@ -237,7 +237,7 @@ fn long_arrays_are_packed_in_blocks() {
     let grow = |v: &[f32; 3], k: usize| [v[0] + k as f32, v[1], v[2]];
     long.positions = (0..n).map(|k| grow(&long.positions[k % 12], k)).collect();
     (long.normals, long.velocity) = (vec![[0.0; 3]; n], vec![[1.0; 3]; n]);
-    (long.damage, long.id) = (vec![0.0; n], (0..n as u32).collect());
+    (long.damage, long.stretch, long.id) = (vec![0.0; n], vec![0.0; n], (0..n as u32).collect());
     (long.inside, long.piece) = (vec![0; n], vec![0; n]);
     let mut stream = open(Format::Vtu, dir.path(), &about(), 0).unwrap().unwrap();
     stream.frame(&Shot { surface: &long, colliders: None, particles: None, tets: None }).unwrap();
@@ -259,7 +259,7 @@ fn ply_and_obj_come_back_through_our_readers() {
     assert!(head.contains("property uchar red\nproperty uchar green\nproperty uchar blue\n"));
     // the colours of the first and of the last vertex: outside and inside
     let start = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
-    let colour = |v: usize| &bytes[start + 52 * v + 49..][..3];
+    let colour = |v: usize| &bytes[start + 56 * v + 53..][..3];
     let [outside, inside, _] = colours(&about()).map(|c| c.map(|x| (x * 255.0).round() as u8));
     assert_eq!((colour(0), colour(23)), (&outside[..], &inside[..]));
 
