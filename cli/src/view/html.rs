@@ -126,7 +126,7 @@ mod tests {
         }
         for asset in ASSETS.iter().filter(|asset| asset.name.ends_with(".js")) {
             let code = named(&asset.text());
-            for beside in ["'./", "\"./", "'three'"] {
+            for beside in ["from './", "from \"./", "from\"./", "import './", "'three'"] {
                 let found = code.split(beside).count() - 1;
                 assert_eq!(found, 0, "{} asks for {beside}", asset.name);
             }
