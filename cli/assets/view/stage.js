@@ -21,6 +21,8 @@ export class Stage {
   #ready = false;
   #opening = 28;
   #height;
+  /** When the last picture was begun, if that was the last turn, and how many in a row were slow. */
+  #drew = 0;
   #slow = 0;
 
   constructor(canvas, looks) {
@@ -147,9 +149,11 @@ export class Stage {
   #loop = (now) => {
     requestAnimationFrame(this.#loop);
     this.#controls.update();
+    if (this.#drew) this.#ease(now - this.#drew);
+    this.#drew = 0;
     if (!this.#dirty || !now) return;
     this.#dirty = false;
-    const start = performance.now();
+    this.#drew = now;
     const { clientHeight } = this.#canvas.parentElement;
     const shadows = this.#renderer.shadowMap.needsUpdate;
     this.#views().forEach((view, k) => {
@@ -163,7 +167,6 @@ export class Stage {
       this.#renderer.render(scene, this.#camera);
     });
     this.#renderer.shadowMap.needsUpdate = false;
-    this.#ease(performance.now() - start);
   };
 
   /** Gives up what costs most where pictures come slowly: nobody can turn a body at five pictures a second. */
