@@ -79,7 +79,7 @@ pub enum StepError {
     },
     /// A force so large that it would throw a particle past its neighbours within the step.
     #[error(
-        "body `{body}`, particle {particle}: the force would throw it past its neighbours at step {step}, time {time} s; the step of {dt} s is too long for what the material has become; give a smaller `safety`, or `dt` if it was given"
+        "body `{body}`, particle {particle}: the force would throw it past its neighbours at step {step}, time {time} s; the step of {dt} s is too long for what the material has become; give `safety` a smaller value, or dt = \"auto\" if it was given"
     )]
     Unstable {
         /// Body name.
