@@ -104,6 +104,7 @@ fn every_mode_colours_by_its_own_column() {
     let (mut a, mut b) = (block(0.0, 0.5, 1.0, 0), block(0.0, 0.5, 1.0, 0));
     a.damage.fill(0.0);
     b.damage.fill(1.0);
+    b.stretch.fill(0.5);
     b.velocity.fill([0.0, -3.0, 0.0]);
     b.piece.fill(1);
     for mode in [ColourMode::Damage, ColourMode::Speed, ColourMode::Stretch, ColourMode::Piece] {
@@ -152,6 +153,7 @@ fn broken_numbers_leave_triangles_out_and_nothing_else() {
     assert_eq!(render(&[&frame], &level()).unwrap(), whole);
     frame.velocity.fill([f32::NAN; 3]);
     frame.damage.fill(f32::NAN);
+    frame.stretch.fill(f32::NAN);
     for mode in [ColourMode::Damage, ColourMode::Speed, ColourMode::Stretch, ColourMode::Piece] {
         render(&[&frame], &View { mode, ..small() }).unwrap();
     }
