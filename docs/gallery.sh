@@ -70,7 +70,7 @@ done <<<"$figures"
     echo
     echo "Every figure of the two papers that Fissure builds on, in our own rendering, from the scenes in \`scenes\`: made by"
     echo "\`docs/gallery.sh\`. What must be seen in each, and what tests ask of it, is in [scenes.md](scenes.md). Times are those of the whole run"
-    echo "on $(nproc) cores ($(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1))."
+    echo "on $(nproc) cores ($(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1)), which had other work to do as well."
     echo
     echo "| | figure | what is seen | particles at the start | steps | time |"
     echo "|---|---|---|---|---|---|"
