@@ -7,6 +7,7 @@ mod files;
 mod meshes;
 mod passes;
 
+use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use criterion::measurement::WallTime;
@@ -29,9 +30,20 @@ struct Per {
 type Sample = (Duration, Option<f64>);
 
 /// Benchmarks `work`, which times itself.
-fn measure(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, per: Per, mut work: impl FnMut() -> Sample) {
-    let (mut least, mut held) = (Duration::MAX, None);
+fn measure(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, per: Per, work: impl FnMut() -> Sample) {
     group.throughput(Throughput::Elements(per.count));
+    counted(group, name, per.unit, &Cell::new(per.count), work);
+}
+
+/// The same where only `work` finds out how many there are.
+fn counted(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    name: &str,
+    unit: &str,
+    count: &Cell<u64>,
+    mut work: impl FnMut() -> Sample,
+) {
+    let (mut least, mut held) = (Duration::MAX, None);
     group.bench_function(name, |b| {
         b.iter_custom(|times| {
             let one = |_| {
@@ -44,9 +56,9 @@ fn measure(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, per: Per, mut w
         });
     });
     if least < Duration::MAX {
-        let ns = least.as_secs_f64() * 1e9 / per.count as f64;
+        let ns = least.as_secs_f64() * 1e9 / count.get() as f64;
         let bytes = held.map_or(String::new(), |b| format!(", {b:.2} bytes"));
-        println!("{name:<36} {ns:>9.3} ns per {}{bytes}\n", per.unit);
+        println!("{name:<36} {ns:>9.3} ns per {unit}{bytes}\n");
     }
 }
 
@@ -60,6 +72,7 @@ fn timed<T>(work: impl FnOnce() -> T) -> (Duration, T) {
 criterion_group!(
     benches,
     passes::step,
+    passes::irregular,
     passes::law,
     passes::theta,
     passes::force,

@@ -1,16 +1,21 @@
-//! The step and its passes on a cubic lattice, per directed bond. One thread, but for `step`.
+//! The step and its passes on a cubic lattice, and the step on tetrahedra, per directed bond. One thread, but for the steps.
 
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 use std::time::Duration;
 
 use criterion::Criterion;
-use fissure_bench::{Blind, Lattice, bytes_per_bond, on_threads, phase_of_a_step};
+use fissure_bench::{Blind, Cloud, Lattice, SPACING, bytes_per_bond, on_threads, phase_of_a_step};
 use fissure_engine::buffer::AnyBuffer;
 use fissure_engine::column::Life;
-use fissure_engine::{Phase, Registry, World};
+use fissure_engine::{Families, Phase, Registry, World};
 use fissure_materials as laws;
+use fissure_meshing::family::families;
+use fissure_meshing::order::morton_order;
+use fissure_meshing::shapes;
+use fissure_meshing::tetrahedralise::{Options, size_for, tetrahedralise};
+use glam::DVec3;
 
-use crate::{Per, Sample, group, measure, timed};
+use crate::{Per, Sample, counted, group, measure, timed};
 
 /// Small enough to be built in a moment, large enough that its bonds (56 MB) don't lie in a cache of one core.
 const SOME: Lattice<'static> =
@@ -60,6 +65,38 @@ pub fn step(c: &mut Criterion) {
             (pool.install(|| timed(|| world.step().expect("stable")).0), Some(bytes))
         });
     }
+}
+
+/// The whole step on the tetrahedra of a ball, no two families alike.
+pub fn irregular(c: &mut Criterion) {
+    let mut group = group(c, "irregular");
+    let (mut made, count) = (None, Cell::new(0));
+    for threads in [1, rayon::current_num_threads()] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        counted(&mut group, &format!("isotropic, tetrahedra, {threads} threads"), "directed bond", &count, || {
+            let (world, bytes) = made.get_or_insert_with(|| {
+                let (cloud, families) = ball();
+                let mut world = SOME.world_of(&laws::registry(), &cloud, families);
+                count.set(world.bond_counts().0);
+                let bytes = bytes_per_bond(&mut world).1;
+                (world, bytes)
+            });
+            (pool.install(|| timed(|| world.step().expect("stable")).0), Some(*bytes))
+        });
+    }
+}
+
+/// About 3·10⁵ tetrahedra in a ball as large as the lattice of [`SOME`], and families of about 120.
+fn ball() -> (Cloud, Families) {
+    let surface = shapes::ball(0.5 * f64::from(SOME.edge) * SPACING, 5).expect("a ball");
+    let (mesh, _) = tetrahedralise(&surface, &Options::new(size_for(&surface, 300_000))).expect("a closed surface");
+    let centres: Vec<DVec3> = (0..mesh.tets.len()).map(|t| mesh.barycentre(t)).collect();
+    let order = morton_order(&centres);
+    let points: Vec<DVec3> = order.iter().map(|&t| centres[t as usize]).collect();
+    let volumes: Vec<f64> = order.iter().map(|&t| mesh.volume(t as usize)).collect();
+    let cloud = Cloud { spacing: (volumes.iter().sum::<f64>() / points.len() as f64).cbrt(), points, volumes };
+    let families = families(&cloud.points, SOME.horizon * cloud.spacing, None).expect("families");
+    (cloud, families)
 }
 
 /// The whole step of every law of bonds with no fracture, and of `isotropic` with every criterion.

@@ -106,22 +106,30 @@ impl Lattice<'_> {
     /// If `registry` has no such law or criterion, or it wants a parameter that is not known here.
     pub fn world(&self, registry: &Registry) -> World {
         let (points, families) = self.families();
-        let ids: Vec<u32> = (0..points.len() as u32).collect();
         let volumes = vec![SPACING.powi(3); points.len()];
+        self.world_of(registry, &Cloud { points, volumes, spacing: SPACING }, families)
+    }
+
+    /// The same law and motion in other particles; the horizon is in mean spacings of those.
+    ///
+    /// # Panics
+    /// As [`world`](Self::world); and if a volume is not positive, or `families` are of other particles.
+    pub fn world_of(&self, registry: &Registry, cloud: &Cloud, families: Families) -> World {
+        let ids: Vec<u32> = (0..cloud.points.len() as u32).collect();
         let entry = registry.entry(self.law).expect("a registered law");
         let breaks = entry.criteria.iter().find(|c| c.name == self.criterion).expect("a registered criterion");
-        let at = Surroundings { horizon: self.horizon * SPACING, spacing: SPACING };
+        let at = Surroundings { horizon: self.horizon * cloud.spacing, spacing: cloud.spacing };
         let (law, criterion) = (self.given(entry.parameters), self.given(breaks.parameters));
         let material = registry.make((self.law, law), (self.criterion, criterion), &at).expect("valid parameters");
         let mut world = World::default();
         world.dt = 5e-8;
         let input = BodyInput {
             name: "block",
-            points: &points,
-            volumes: &volumes,
+            points: &cloud.points,
+            volumes: &cloud.volumes,
             ids: &ids,
             density: 2200.0,
-            spacing: SPACING,
+            spacing: cloud.spacing,
             horizon: at.horizon,
             velocity: DVec3::ZERO,
             spin: DVec3::ZERO,
@@ -129,12 +137,23 @@ impl Lattice<'_> {
         };
         world.add(input, material).expect("volumes are positive");
         let side = f64::from(self.edge) * SPACING;
-        for (v, point) in world.particles.velocity.iter_mut().zip(&points) {
+        for (v, point) in world.particles.velocity.iter_mut().zip(&cloud.points) {
             let w = *point * (TAU / side);
             *v = DVec3::new(w.x.sin() * w.y.cos(), w.y.sin() * w.z.cos(), w.z.sin() * w.x.cos()) * 0.5;
         }
         world
     }
+}
+
+/// Particles that need not be a lattice, in an order that keeps neighbours together.
+#[derive(Clone, Debug)]
+pub struct Cloud {
+    /// Places [m].
+    pub points: Vec<DVec3>,
+    /// Volumes [m³].
+    pub volumes: Vec<f64>,
+    /// Mean distance of neighbours [m].
+    pub spacing: f64,
 }
 
 /// Bytes in columns per directed bond: those of bonds alone, and those of everything.

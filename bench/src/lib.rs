@@ -6,7 +6,7 @@ mod lattice;
 pub mod machine;
 
 pub use blind::Blind;
-pub use lattice::{Lattice, SPACING, bytes_per_bond};
+pub use lattice::{Cloud, Lattice, SPACING, bytes_per_bond};
 
 use std::time::Duration;
 

@@ -173,11 +173,11 @@ impl Bonds {
             .flat_map(move |c| (0..CHUNK).filter(move |l| self.intact[c] >> l & 1 == 1).map(move |l| c * CHUNK + l))
     }
 
-    /// Breaks the bonds whose bit is set in `marks`, one byte per chunk: updates the damage φ [1] of their rows and
-    /// appends every link once, in order of `i`.
-    pub fn part(&mut self, marks: &[u8], damage: &mut [f32], cuts: &mut Vec<Link>) {
+    /// Breaks the bonds whose bit is set in `marks`, one byte per chunk of the `rows`, which ascend: updates the damage φ [1]
+    /// of those and appends every link once, in order of `i`. Marks of other rows are not read.
+    pub fn part(&mut self, marks: &[u8], rows: impl Iterator<Item = usize>, damage: &mut [f32], cuts: &mut Vec<Link>) {
         let (offsets, neighbours, intact) = (&self.offsets[..], &self.neighbours[..], &mut self.intact[..]);
-        for (i, &family) in self.family.iter().enumerate() {
+        for i in rows {
             let row = offsets[i] as usize..offsets[i + 1] as usize;
             if marks[row.clone()].iter().all(|&m| m == 0) {
                 continue;
@@ -193,7 +193,7 @@ impl Bonds {
                 }
             }
             let left: u32 = intact[row].iter().map(|b| b.count_ones()).sum();
-            damage[i] = 1.0 - left as f32 / family as f32;
+            damage[i] = 1.0 - left as f32 / self.family[i] as f32;
         }
     }
 

@@ -119,14 +119,14 @@ impl<T: BondLaw<M>, C: Criterion, const M: usize> Material for Peridynamic<T, C,
         let work = PerChunk::<u8, 1> { values: &mut broken, offsets: &b.bonds.offsets };
         in_blocks(0..b.bonds.rows(), work, &|rows, broken| {
             let base = scene.chunks(rows.start).start;
-            broken.values.fill(0);
             for i in rows.filter(|&i| outlook[i].breaks) {
                 for chunk in scene.chunks(i) {
                     broken.values[chunk - base] = scene.severities(&memory, laws, criteria, i, chunk, (phi, outlook));
                 }
             }
         });
-        b.bonds.part(&broken, damage, cuts);
+        let suspects = (0..b.bonds.rows()).filter(|&i| b.scratch.outlook[i].breaks);
+        b.bonds.part(&broken, suspects, damage, cuts);
         b.scratch.broken = broken;
     }
 
