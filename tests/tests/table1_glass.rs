@@ -2,7 +2,7 @@
 
 use fissure_io::simulation::Simulation;
 use fissure_tests::scene::{
-    angles, around_30, assert_closed, bonded, build, crack_faces, cracks, displacements, fragments, run,
+    angles, around_30, assert_closed, build, crack_faces, cracks, displacements, fragments, run,
 };
 use glam::DVec3;
 
@@ -73,7 +73,7 @@ fn figure_7_larger_alpha_makes_less_dust() {
 fn figure_15_the_pressed_wall_is_cracked_and_one_piece() {
     let mut s = build("fig15_pressed", &[COARSE]);
     run(&mut s, 0.002);
-    let (pieces, particles) = (bonded(&s, 0), s.world.particles.len());
+    let (pieces, particles) = (fragments(&s), s.world.particles.len());
     let cracks = cracks(&s, 0, 0.3);
     let reach = reach(&s, DVec3::new(0.0, 0.5, 0.0));
     println!(
@@ -82,6 +82,7 @@ fn figure_15_the_pressed_wall_is_cracked_and_one_piece() {
         cracks.len(),
         cracks[0].len()
     );
-    assert!(pieces[0] as f64 > 0.995 * particles as f64, "{pieces:?}");
+    // one piece, and splinters of a few tetrahedra that the cracks have chipped off
+    assert!(pieces[0] as f64 > 0.985 * particles as f64 && pieces[1] <= 12, "{pieces:?}");
     assert!(reach > 0.22 && cracks[0].len() * 10 < 3 * particles, "{reach} m, {} of {particles}", cracks[0].len());
 }
