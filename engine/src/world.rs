@@ -18,6 +18,9 @@ use crate::particles::Particles;
 use crate::phase::{Phase, Profile};
 use crate::relax::{Relax, Relaxed, Scratch};
 
+/// Longest way of what moves fastest in a stable step [spacings].
+const WAY: f64 = 0.25;
+
 /// A range of particles with a material.
 pub struct Body {
     /// Name, unique in the world.
@@ -242,9 +245,17 @@ impl World {
         Ok(self.bodies.last_mut().expect("just pushed"))
     }
 
-    /// Largest step [s] at which every body is stable, also where it rests on another or on a collider.
+    /// Largest step [s] at which every body is stable, also where it rests on another or on a collider, and in which
+    /// nothing goes further than a quarter of the spacing of a body with bonds: what hits it faster than sound would throw
+    /// its particles past their neighbours before a bond could break.
     pub fn stable_dt(&self) -> f64 {
-        let limit = |b: &Body| b.material.stable_dt(&self.particles.of(&b.range));
+        let particles = self.particles.velocity.iter().map(|v| v.length());
+        let free = self.colliders.iter().filter(|c| c.is_free());
+        let fastest = free.map(|c| c.velocity.length()).chain(particles).fold(0.0, f64::max);
+        let limit = |b: &Body| {
+            let way = if b.material.bonds().is_some() { WAY * b.spacing / fastest } else { f64::INFINITY };
+            b.material.stable_dt(&self.particles.of(&b.range)).min(way)
+        };
         self.bodies.iter().map(limit).fold(f64::INFINITY, f64::min)
     }
 
@@ -363,7 +374,9 @@ impl World {
     fn contact(&mut self) {
         let Self { particles, bodies, anchors, colliders, contact, dv, .. } = self;
         let (dt, time, at_positions) = (self.dt, self.time, self.integrator == Integrator::VelocityVerlet);
-        let scene = contact::Scene { particles, bodies, anchors, fall: self.gravity * dt, dt, time, at_positions };
+        let (damage, particles) = (&particles.damage[..], particles.of(&(0..particles.len())));
+        let fall = self.gravity * dt;
+        let scene = contact::Scene { particles, damage, bodies, anchors, fall, dt, time, at_positions };
         contact.resolve(&scene, colliders, dv);
     }
 
@@ -371,8 +384,9 @@ impl World {
     fn lean(&mut self) {
         let Self { particles, bodies, anchors, colliders, contact, dv, .. } = self;
         let time = self.time + self.dt;
-        let scene =
-            contact::Scene { particles, bodies, anchors, fall: DVec3::ZERO, dt: 1.0, time, at_positions: false };
+        let (damage, particles) = (&particles.damage[..], particles.of(&(0..particles.len())));
+        let (fall, dt, at_positions) = (DVec3::ZERO, 1.0, false);
+        let scene = contact::Scene { particles, damage, bodies, anchors, fall, dt, time, at_positions };
         contact.lean(&scene, colliders, dv);
     }
 
@@ -443,7 +457,7 @@ impl World {
             anchor.visit(life, v);
         }
         self.colliders.iter_mut().for_each(|c| c.visit(v));
-        self.contact.visit(v);
+        self.contact.visit(&self.colliders, v);
     }
 }
 

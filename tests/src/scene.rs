@@ -39,12 +39,6 @@ pub fn fragments(simulation: &Simulation) -> Vec<usize> {
     sizes(&piece, count)
 }
 
-/// Sizes in particles, largest first, of what the bonds of body `k` hold together.
-pub fn bonded(simulation: &Simulation, k: usize) -> Vec<usize> {
-    let (piece, count) = bonded_pieces(simulation, k);
-    sizes(&piece, count)
-}
-
 /// For each particle of body `k` the number of the piece to which intact bonds hold it, and how many pieces there are.
 pub fn bonded_pieces(simulation: &Simulation, k: usize) -> (Vec<u32>, usize) {
     let bonds = simulation.world.bodies[k].material.bonds().expect("a body of bonds");

@@ -2,7 +2,7 @@
 
 use fissure_io::simulation::Simulation;
 use fissure_tests::scene::{
-    angles, around_30, assert_closed, bonded, build, crack_faces, cracks, displacements, fragments, run,
+    angles, around_30, assert_closed, build, crack_faces, cracks, displacements, fragments, run,
 };
 use glam::DVec3;
 
@@ -35,7 +35,7 @@ fn figure_1a_the_ball_shatters_what_it_hits_and_cracks_run_from_there() {
     run(&mut s, 0.0012);
     let (fragments, reach) = (fragments(&s), reach(&s, HIT));
     let [within, beyond] = shattered(&s, 0.1, 0.9);
-    // measured: 521 fragments, 0.46 m, 0.98 and 0.029
+    // measured: 506 fragments, 0.44 m, 1.00 and 0.027
     println!("{} fragments, cracks to {reach:.2} m, dust {within:.2} {beyond:.4}", fragments.len());
     assert!(fragments.len() > 100 && within > 0.3 && beyond < 0.06, "dust where the ball is, and nowhere else");
     assert!(reach > 0.35, "cracks of {reach} m");
@@ -64,7 +64,7 @@ fn figure_7_larger_alpha_makes_less_dust() {
         run(&mut s, 0.0007);
         fragments(&s).iter().filter(|&&n| n <= 3).count() as f64
     });
-    // measured: 403, 184, 9
+    // measured: 372, 199, 14
     println!("fragments of up to 3 tetrahedra: {dust:?}");
     assert!(dust[0] > 50.0 && dust[1] < 0.7 * dust[0] && dust[2] < 0.7 * dust[1], "{dust:?}");
 }
@@ -73,7 +73,7 @@ fn figure_7_larger_alpha_makes_less_dust() {
 fn figure_15_the_pressed_wall_is_cracked_and_one_piece() {
     let mut s = build("fig15_pressed", &[COARSE]);
     run(&mut s, 0.002);
-    let (pieces, particles) = (bonded(&s, 0), s.world.particles.len());
+    let (pieces, particles) = (fragments(&s), s.world.particles.len());
     let cracks = cracks(&s, 0, 0.3);
     let reach = reach(&s, DVec3::new(0.0, 0.5, 0.0));
     println!(
@@ -82,6 +82,8 @@ fn figure_15_the_pressed_wall_is_cracked_and_one_piece() {
         cracks.len(),
         cracks[0].len()
     );
-    assert!(pieces[0] as f64 > 0.995 * particles as f64, "{pieces:?}");
+    // measured 10183 of 10215 and up to 4; at 30_000 tetrahedra 27837 of 28038 and up to 5, 164 of them
+    // one piece, and splinters of a few tetrahedra that the cracks have chipped off
+    assert!(pieces[0] as f64 > 0.985 * particles as f64 && pieces[1] <= 12, "{pieces:?}");
     assert!(reach > 0.22 && cracks[0].len() * 10 < 3 * particles, "{reach} m, {} of {particles}", cracks[0].len());
 }

@@ -85,7 +85,11 @@ impl Driver {
 
     /// The closing lines.
     pub fn conclude(&mut self, outcome: Outcome, wall: Duration, steps: u64) {
-        let pieces = self.simulation.fragments().1;
+        let (fragment, pieces) = self.simulation.fragments();
+        let mut sizes = vec![0_u32; pieces];
+        fragment.iter().for_each(|&f| sizes[f as usize] += 1);
+        let largest = f64::from(sizes.into_iter().max().unwrap_or(0)) / fragment.len().max(1) as f64;
+        let largest_too = if pieces > 1 { format!(", the largest of {:.1} %", 100.0 * largest) } else { String::new() };
         let world = &mut self.simulation.world;
         let reactions = if world.anchors.is_empty() { Vec::new() } else { world.reactions() };
         let (bonds, broken) = world.bond_counts();
@@ -111,7 +115,7 @@ impl Driver {
         let event = json!({
             "event": "end", "outcome": format!("{outcome:?}").to_lowercase(), "step": world.step, "time": world.time,
             "seconds": seconds, "ns_per_bond": per_bond, "bonds": bonds / 2, "broken": broken / 2, "fragments": pieces,
-            "reactions": reactions.iter().map(told).collect::<Vec<_>>(),
+            "largest_fragment": largest, "reactions": reactions.iter().map(told).collect::<Vec<_>>(),
             "spent": parts.iter().map(|p| (p.0.clone(), p.1.as_secs_f64().into())).collect::<serde_json::Map<_, _>>(),
         });
         let (per_bond_too, of_bonds) = match bonds {
@@ -125,7 +129,7 @@ impl Driver {
             how,
             format!("{steps} steps in {seconds:.1} s, {:.3} ms a step{per_bond_too}", 1e3 * seconds / n),
             format!("time: {}", shares.join(", ")),
-            format!("{of_bonds}{}", counted(pieces, "fragment")),
+            format!("{of_bonds}{}{largest_too}", counted(pieces, "fragment")),
         ];
         lines.extend(reactions.iter().map(sentence));
         self.log.close(&lines.join("\n"), &event);

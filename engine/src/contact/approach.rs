@@ -4,7 +4,7 @@
 //! never penetrates, at any stiffness and step, and resting is quiet. What moves far in a step is followed along its way,
 //! so that it neither passes a thin wall nor hits one that it would have missed.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 use super::collider::Collider;
 use super::shape::Shape;
@@ -14,7 +14,7 @@ const QUIET: f64 = 0.01;
 /// An overlap is pushed out by this share a step, at most this fast [m/s]: over some steps, not shot out.
 const PUSH: (f64, f64) = (0.1, 1.0);
 /// Longest way in a step, in radii, of which only the start is looked at.
-const SHORT: f64 = 0.5;
+pub const SHORT: f64 = 0.5;
 /// Advances along a longer way; what has not arrived by then is held at the plane it has come to.
 const ADVANCES: usize = 32;
 
@@ -22,7 +22,12 @@ const ADVANCES: usize = 32;
 #[derive(Clone, Copy, Debug)]
 pub struct Pose {
     position: DVec3,
+    orientation: DQuat,
     turn: DMat3,
+    /// Normal of a plane.
+    wall: Option<DVec3>,
+    /// Whether it gives way.
+    free: bool,
     /// Where it goes in the step, as turn and shift about `position`; only of colliders on a path.
     path: Option<(DMat3, DVec3)>,
     /// Radius of a ball about `position` that holds it.
@@ -52,7 +57,13 @@ impl Pose {
     /// The collider as it is at `time` [s], not moving for a step of `dt` [s].
     pub fn standing(collider: &Collider, time: f64, dt: f64) -> Self {
         let (position, orientation) = collider.pose(time);
-        Self { position, turn: DMat3::from_quat(orientation), path: None, radius: collider.shape.radius(), dt }
+        let turn = DMat3::from_quat(orientation);
+        let free = collider.is_free();
+        let wall = match collider.shape {
+            Shape::Plane { normal } => Some(turn * normal),
+            _ => None,
+        };
+        Self { position, orientation, turn, wall, free, path: None, radius: collider.shape.radius(), dt }
     }
 
     /// Velocity [m/s] of the collider at `x` on its path; 0 where it has none.
@@ -64,8 +75,32 @@ impl Pose {
     }
 
     /// Where its origin is, and the turn from its axes to the world's.
-    pub(super) fn place(&self) -> (DVec3, DMat3) {
-        (self.position, self.turn)
+    pub(super) fn place(&self) -> (DVec3, DQuat) {
+        (self.position, self.orientation)
+    }
+
+    /// A bound on how much faster than its origin a point of it moves on its path [m/s].
+    pub(super) fn turning(&self) -> f64 {
+        let Some((turn, _)) = self.path else { return 0.0 };
+        let change = turn - DMat3::IDENTITY;
+        let squares = change.x_axis.length_squared() + change.y_axis.length_squared() + change.z_axis.length_squared();
+        if squares > 0.0 { squares.sqrt() * self.radius / self.dt } else { 0.0 }
+    }
+
+    /// Whether it surely leaves a ball of radius `r` [m] at `x` alone that moves at `u` [m/s]; that costs less than to look
+    /// closer.
+    #[inline(always)]
+    pub fn is_clear(&self, x: DVec3, r: f64, u: DVec3) -> bool {
+        if self.free {
+            return true;
+        }
+        match self.wall {
+            Some(normal) if self.path.is_none() => {
+                let gap = (x - self.position).dot(normal) - r;
+                gap > 0.0 && gap + 2.0 * self.dt * u.dot(normal) > 0.0
+            }
+            _ => false,
+        }
     }
 
     /// What a ball of radius `r` [m] at `x` has to keep to, which would move at `w` [m/s] relative to the collider; `None` if
@@ -73,11 +108,9 @@ impl Pose {
     #[inline]
     pub fn approach(&self, shape: &Shape, x: DVec3, r: f64, w: DVec3) -> Option<Approach> {
         let arm = x - self.position;
-        if let Shape::Plane { normal } = shape {
-            // what most particles are asked about, and mostly for nothing
-            let normal = self.turn * *normal;
+        if let Some(normal) = self.wall {
             let gap = arm.dot(normal) - r;
-            let speed = if gap < 0.0 { (-PUSH.0 * gap / self.dt).min(PUSH.1) } else { -gap / self.dt };
+            let speed = least(gap, self.dt);
             return (w.dot(normal) < speed).then_some(Approach { normal, speed });
         }
         let way = w.length() * self.dt;
@@ -92,11 +125,8 @@ impl Pose {
         let found = |normal: DVec3, speed: f64| {
             (toward.dot(normal) < speed).then(|| Approach { normal: self.turn * normal, speed })
         };
-        if gap < 0.0 {
-            return found(normal, (-PUSH.0 * gap / self.dt).min(PUSH.1));
-        }
-        if way <= SHORT * r {
-            return found(normal, -gap / self.dt);
+        if gap < 0.0 || way <= SHORT * r {
+            return found(normal, least(gap, self.dt));
         }
         // conservative advancement: no further than the distance that is left
         let (mut gap, mut normal, mut share) = (gap, normal, 0.0);
@@ -113,6 +143,12 @@ impl Pose {
         }
         found(normal, share * toward.dot(normal) - gap / self.dt)
     }
+}
+
+/// The least normal speed [m/s] that keeps a `gap` [m] open through a step, or closes an overlap.
+#[inline]
+pub fn least(gap: f64, dt: f64) -> f64 {
+    if gap < 0.0 { (-PUSH.0 * gap / dt).min(PUSH.1) } else { -gap / dt }
 }
 
 /// The normal speed [m/s] with which what comes with `speed` leaves, but no faster than it came `before` in the step before;

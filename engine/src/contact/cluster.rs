@@ -9,10 +9,11 @@ use rayon::prelude::*;
 
 use super::{Scene, Still};
 
-/// Slack in mean radii: of every particle, and the most that room for [`STEPS`] of the fastest may add.
-pub const SLACK: (f64, f64) = (0.2, 0.6);
-/// Steps of the fastest particle's motion that all have room for, as far as that is not too much; and of its own.
-pub const STEPS: (f64, f64) = (6.0, 6.0);
+/// Slack in mean radii: of every particle, and the most that room for [`STEPS`] of the fastest may add, and of its own.
+pub const SLACK: [f64; 3] = [0.2, 0.8, 2.0];
+/// Steps that all have room for: of the fastest particle's motion and of its own, as far as that is not too much, and of its
+/// own in any case.
+pub const STEPS: [f64; 3] = [6.0, 24.0, 6.0];
 /// Particles of a body by which its mean motion is judged, at most.
 const SAMPLE: usize = 256;
 
@@ -46,6 +47,19 @@ pub struct Cluster {
 const EMPTY: Cluster =
     Cluster { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, shift: DVec3::ZERO, velocity: DVec3::ZERO, count: 0.0 };
 
+/// Room [m] for the motion of a particle that goes `way` [m] in a step among others of radius `mean` [m].
+pub fn own_room(way: f64, mean: f64) -> f64 {
+    (STEPS[1] * way).min(SLACK[2] * mean).max(STEPS[2] * way)
+}
+
+impl Cluster {
+    /// The middle of its box, moved along [m].
+    #[inline]
+    pub fn middle(&self) -> DVec3 {
+        (self.low + self.high) / 2.0 + self.shift
+    }
+}
+
 /// All clusters.
 #[derive(Debug, Default)]
 pub struct Clusters {
@@ -61,6 +75,13 @@ impl Clusters {
     #[inline]
     pub fn of(&self, body: u32) -> &Cluster {
         &self.all[self.of[body as usize] as usize]
+    }
+
+    /// The middle of all boxes [m].
+    pub fn middle(&self) -> DVec3 {
+        let low = self.all.iter().map(|c| c.low).fold(DVec3::INFINITY, DVec3::min);
+        let high = self.all.iter().map(|c| c.high).fold(DVec3::NEG_INFINITY, DVec3::max);
+        (low + high) / 2.0
     }
 
     /// Takes the means of body, shift and velocity of some members.
@@ -130,8 +151,8 @@ impl Clusters {
                     let (x, radius) =
                         (scene.particles.position[s.particle as usize], still.radius[s.particle as usize]);
                     // who is slow now may be hit by a wave: the same room for all, but more for the fast
-                    let room = (STEPS.0 * fastest).min(SLACK.1 * mean).max(STEPS.1 * f64::from(s.slack));
-                    s.slack = (SLACK.0 * mean + room) as f32;
+                    let room = (STEPS[0] * fastest).min(SLACK[1] * mean).max(own_room(f64::from(s.slack), mean));
+                    s.slack = (SLACK[0] * mean + room) as f32;
                     let reach = DVec3::splat(radius + f64::from(s.slack));
                     (x - reach, x + reach)
                 };
@@ -141,7 +162,7 @@ impl Clusters {
                 let c = &mut self.all[self.of[b] as usize];
                 (c.low, c.high) = (c.low.min(low), c.high.max(high));
             }
-            if !self.join(STEPS.0 * scene.dt) {
+            if !self.join(STEPS[0] * scene.dt) {
                 return;
             }
         }

@@ -8,8 +8,8 @@ use std::ops::Range;
 
 use glam::{DVec3, I64Vec3};
 
-/// Width of the smallest cells in diameters of the mean ball.
-const WIDTH: f64 = 1.2;
+/// Width of the smallest cells in diameters of the mean ball: most balls are in those, where 27 cells are near each.
+const WIDTH: f64 = 2.0;
 /// Number of levels; the last one takes everything larger.
 const LEVELS: u32 = 24;
 /// Bits of a cell's number along each axis. Cells 2¹⁹ apart share a key; that costs time and no result.
@@ -56,20 +56,22 @@ impl Grid {
     }
 
     fn cell(&self, x: DVec3, reach: f64) -> (u32, I64Vec3) {
-        let level = ((2.0 * reach / self.width).log2().ceil().max(0.0) as u32).min(LEVELS - 1);
+        let wide = 2.0 * reach / self.width;
+        let level = if wide <= 1.0 { 0 } else { (wide.log2().ceil() as u32).min(LEVELS - 1) };
         (level, (x / self.width_of(level)).floor().as_i64vec3())
     }
 
-    /// Takes `n` balls, of which `ball` gives middle and radius [m], in order of their keys.
-    pub fn build(&mut self, n: usize, ball: impl Fn(usize) -> (DVec3, f64)) {
+    /// Takes balls in order of their `keys`, of which `ball` gives middle and radius [m].
+    pub fn build(&mut self, keys: impl Iterator<Item = u64>, ball: impl Fn(usize) -> (DVec3, f64)) {
         self.cells.clear();
-        for k in 0..n {
-            let (x, reach) = ball(k);
-            let (level, place) = self.cell(x, reach);
-            let key = key(level, place);
+        let mut n = 0;
+        for key in keys {
             if self.cells.last().is_none_or(|c| c.key != key) {
-                self.cells.push(Cell { key, level, place, start: k as u32 });
+                let (x, reach) = ball(n);
+                let (level, place) = self.cell(x, reach);
+                self.cells.push(Cell { key, level, place, start: n as u32 });
             }
+            n += 1;
         }
         let cells = self.cells.len();
         self.first.clear();
@@ -95,12 +97,6 @@ impl Grid {
     /// The balls of a cell.
     pub fn balls(&self, cell: usize) -> Range<usize> {
         self.cells[cell].start as usize..self.cells[cell + 1].start as usize
-    }
-
-    /// Middle of a cell [m].
-    pub fn middle(&self, cell: usize) -> DVec3 {
-        let c = &self.cells[cell];
-        (c.place.as_dvec3() + 0.5) * self.width_of(c.level)
     }
 
     /// Calls `found` with ranges of balls that hold all which may touch one of `cell`, its own among them.
@@ -215,7 +211,8 @@ mod tests {
         for _ in 0..2 {
             grid.fit(0.08); // the second time into used buffers
             balls.sort_by_key(|&(x, reach)| grid.key(x, reach));
-            grid.build(balls.len(), |k| balls[k]);
+            let keys: Vec<u64> = balls.iter().map(|&(x, reach)| grid.key(x, reach)).collect();
+            grid.build(keys.into_iter(), |k| balls[k]);
         }
         for k in 0..balls.len() {
             let (x, reach) = balls[k];

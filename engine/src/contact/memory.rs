@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::neighbours::{NONE, Neighbours};
+use super::neighbours::{Entry, NONE, Neighbours};
 use crate::adapt::Descent;
 use crate::buffer::Buffer;
 use crate::column::{Column, Of, Visitor};
@@ -14,16 +14,22 @@ use crate::column::{Column, Of, Visitor};
 /// Touches per row that room is made for at once, on the mean of a block; address space only, until it is used.
 const ROOM: usize = 24;
 
-/// Another particle that a row's own touches.
+/// Another particle that a row's own touches. From the other's row it has the same numbers and opposite vectors.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch {
     /// Which particle, and which member.
     pub particle: u32,
     pub member: u32,
-    /// Distance at which they touch [m].
-    pub d: f64,
-    /// How far the other has slipped along the contact against an elastic force [m].
+    /// Unit vector towards the other.
+    pub normal: DVec3,
+    /// Velocity of the other relative to the row's own in the step before [m/s].
+    pub v: DVec3,
+    /// How far the other has slipped along the contact against an elastic force [m]; alone remembered.
     pub slip: DVec3,
+    /// Impulse of a spring per overlap or slip [kg/s].
+    pub stiffness: f64,
+    /// The least normal velocity that the gap allows [m/s]; 0 or less.
+    pub least: f64,
     /// Impulse along the normal in this step [kg m/s].
     pub along: f64,
 }
@@ -35,6 +41,8 @@ pub struct Block {
     pub rows: Vec<u32>,
     pub ends: Vec<u32>,
     pub touches: Vec<Touch>,
+    /// What a row touches, particle by particle, while it is looked for.
+    pub met: Vec<(u32, Entry)>,
 }
 
 impl Block {
@@ -72,6 +80,7 @@ impl Memory {
                 rows: Vec::with_capacity(Neighbours::BLOCK),
                 ends: Vec::with_capacity(Neighbours::BLOCK),
                 touches: Vec::with_capacity(Neighbours::BLOCK * ROOM),
+                met: Vec::with_capacity(Neighbours::BLOCK * ROOM),
             });
         }
         std::mem::swap(&mut self.now, &mut self.before);
@@ -160,17 +169,41 @@ pub struct Past<'a> {
     restored: Option<&'a [(u64, DVec3)]>,
 }
 
-impl Past<'_> {
-    /// Slip [m] of particle `j` along `i` at the end of the step before; `None` if they did not touch then.
-    #[inline]
-    pub fn slip(&self, i: u32, j: u32) -> Option<DVec3> {
+/// Those of one particle, still to be asked for.
+pub enum Recall<'a> {
+    Touches(&'a [Touch]),
+    Restored(&'a [(u64, DVec3)]),
+}
+
+impl<'a> Past<'a> {
+    /// What particle `i` remembers.
+    pub fn of(&self, i: u32) -> Recall<'a> {
         if let Some(restored) = self.restored {
-            return restored.binary_search_by_key(&key(i, j), |r| r.0).ok().map(|k| restored[k].1);
+            return Recall::Restored(&restored[restored.partition_point(|r| r.0 < key(i, 0))..]);
         }
-        let row = *self.row.get(i as usize).filter(|&&row| row != NONE)? as usize;
-        let block = &self.blocks[row / Neighbours::BLOCK];
-        let touches = &block.touches[block.row(row % Neighbours::BLOCK)];
-        touches.iter().find(|t| t.particle == j).map(|t| t.slip)
+        let Some(&row) = self.row.get(i as usize).filter(|&&row| row != NONE) else { return Recall::Touches(&[]) };
+        let block = &self.blocks[row as usize / Neighbours::BLOCK];
+        Recall::Touches(&block.touches[block.row(row as usize % Neighbours::BLOCK)])
+    }
+}
+
+impl Recall<'_> {
+    /// Slip [m] of particle `j` along `i` at the end of the step before; `None` if they did not touch then. Particles have to
+    /// be asked for in their order.
+    #[inline]
+    pub fn slip(&mut self, i: u32, j: u32) -> Option<DVec3> {
+        match self {
+            Self::Touches(left) => {
+                let skip = left.iter().take_while(|t| t.particle < j).count();
+                *left = &left[skip..];
+                left.first().filter(|t| t.particle == j).map(|t| t.slip)
+            }
+            Self::Restored(left) => {
+                let skip = left.iter().take_while(|r| r.0 < key(i, j)).count();
+                *left = &left[skip..];
+                left.first().filter(|r| r.0 == key(i, j)).map(|r| r.1)
+            }
+        }
     }
 }
 

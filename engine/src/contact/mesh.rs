@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use parry3d_f64::query::PointQuery;
-use parry3d_f64::shape::{TriMesh, TriMeshFlags};
+use parry3d_f64::shape::{ConvexPolyhedron, Shape as Solid, TriMesh, TriMeshFlags};
 use parry3d_f64::transformation::try_convex_hull;
 
 use super::shape::{MassProperties, ShapeError};
@@ -80,6 +80,28 @@ impl Mesh {
         let normal =
             if length > 1e-12 * reach.min(1e3) { away * (sign / length) } else { self.normal(hit.subshape as usize) };
         Some((sign * length, normal))
+    }
+
+    /// As parry3d has solids: a convex one as such, since that has larger faces to stand on.
+    pub(super) fn solid(&self) -> Option<Box<dyn Solid>> {
+        let hull = || ConvexPolyhedron::from_convex_mesh(self.vertices.to_vec(), &self.triangles);
+        match self.is_convex().then(hull).flatten() {
+            Some(hull) => Some(Box::new(hull)),
+            None => Some(self.tree.clone()?),
+        }
+    }
+
+    /// Whether no edge is a notch.
+    fn is_convex(&self) -> bool {
+        let edges = |t: &[u32; 3]| [([t[0], t[1]], t[2]), ([t[1], t[2]], t[0]), ([t[2], t[0]], t[1])];
+        let mut all: Vec<([u32; 2], u32)> = self.triangles.iter().flat_map(edges).collect();
+        all.sort_unstable();
+        let at = |v: u32| self.vertices[v as usize];
+        all.iter().all(|&([a, b], c)| {
+            let across = all.binary_search_by_key(&[b, a], |e| e.0).map(|k| all[k].1);
+            let normal = (at(b) - at(a)).cross(at(c) - at(a)).normalize_or_zero();
+            across.is_ok_and(|d| (at(d) - at(a)).dot(normal) <= 1e-9 * self.radius)
+        })
     }
 
     fn normal(&self, triangle: usize) -> DVec3 {

@@ -12,6 +12,7 @@ pub mod approach;
 mod cluster;
 pub mod collider;
 mod grid;
+mod manifold;
 mod memory;
 pub mod mesh;
 mod neighbours;
@@ -26,15 +27,16 @@ use rayon::prelude::*;
 
 use self::approach::{Pose, stopped};
 pub use self::collider::{Collider, Keyframe, Motion};
+use self::manifold::Solids;
 pub use self::mesh::Mesh;
 use self::neighbours::Record;
 use self::pairs::Pairs;
-use self::rigid::{Motions, Mover, Other};
+use self::rigid::{Kept, Motions, Mover, Other};
 pub use self::shape::{Shape, ShapeError};
 use crate::adapt::Descent;
 use crate::anchor::Anchor;
 use crate::column::Visitor;
-use crate::particles::Particles;
+use crate::particles::{BodyParticles, Particles};
 use crate::world::Body;
 
 /// A particle whose family fills less than this share of its horizon's ball is near a surface: in a half space, one less
@@ -72,19 +74,23 @@ impl Default for Contact {
     }
 }
 
-/// What the contacts of free colliders need; memory only.
+/// What the contacts of free colliders need.
 #[derive(Debug, Default)]
 struct Rigid {
     poses: Vec<Pose>,
     movers: Vec<Mover>,
-    feelers: Vec<(Vec<DVec3>, f64)>,
+    solids: Solids,
     near: Vec<bool>,
     contacts: Vec<rigid::Contact>,
+    /// Alone matters to a result.
+    kept: Kept,
 }
 
 /// What contact reads of the world.
 pub(crate) struct Scene<'a> {
-    pub particles: &'a Particles,
+    pub particles: BodyParticles<'a>,
+    /// φ [1] of every particle.
+    pub damage: &'a [f32],
     pub bodies: &'a [Body],
     pub anchors: &'a [Anchor],
     /// What a step of gravity adds to the velocity of free colliders [m/s]; `dv` of particles has it already.
@@ -192,7 +198,7 @@ impl Still {
 
     #[inline]
     fn record(&self, i: usize, x: DVec3, u: DVec3, mass: f64) -> Record {
-        Record { x, u, inv_mass: self.inverse_mass(i, mass), radius: self.radius[i] as f32, modulus: self.modulus[i] }
+        Record { x, u, inv_mass: self.inverse_mass(i, mass), modulus: self.modulus[i] }
     }
 }
 
@@ -202,9 +208,9 @@ impl Contact {
         self.pairs.neighbours.builds
     }
 
-    /// How many particles could touch another at the last step: near a surface or damaged.
+    /// How many particles may touch another: near a surface, damaged, or bonded to a damaged one.
     pub fn exposed(&self) -> usize {
-        self.pairs.neighbours.exposed.iter().filter(|&&e| e).count()
+        self.pairs.neighbours.members.len()
     }
 
     /// Takes note of what the step before has cut.
@@ -239,16 +245,20 @@ impl Contact {
         }
     }
 
-    /// Shows what touching pairs remember. Forgets the rows of neighbours, because the particles may have been replaced; that
-    /// changes no result.
-    pub(crate) fn visit(&mut self, v: &mut Visitor<'_>) {
+    /// Shows what touching pairs remember, and free `colliders`. Forgets the rows of neighbours, because the particles may have
+    /// been replaced; that changes no result.
+    pub(crate) fn visit(&mut self, colliders: &[Collider], v: &mut Visitor<'_>) {
         self.pairs.memory.visit(v);
+        if colliders.len() > 1 && colliders.iter().any(Collider::is_free) {
+            self.rigid.kept.visit(v);
+        }
         self.pairs.neighbours.rank.clear();
     }
 
     /// Takes back what the last step has put into memory.
     pub(crate) fn undo(&mut self) {
         self.pairs.memory.undo();
+        self.rigid.kept.undo();
     }
 
     /// Adds to `dv` what contacts change in this step; [`carry`](Self::carry) does the same for free colliders.
@@ -306,12 +316,13 @@ impl Contact {
 
     /// Free colliders against particles and other colliders.
     fn push_free(&mut self, scene: &Scene<'_>, colliders: &[Collider], dv: &mut [DVec3]) {
-        let Self { still, rigid: Rigid { poses, movers, feelers, near, contacts }, .. } = self;
+        let Self { still, rigid: Rigid { poses, movers, solids, near, contacts, kept }, .. } = self;
         let p = scene.particles;
-        if feelers.len() != colliders.len() {
-            *feelers = colliders.iter().map(|c| c.shape.feelers()).collect();
-            *contacts =
-                Vec::with_capacity(p.len() + feelers.iter().map(|f| f.0.len()).sum::<usize>() * colliders.len());
+        if solids.len() != colliders.len() {
+            *solids = Solids::new(colliders.iter().map(|c| &c.shape));
+            let most = solids.spots() * colliders.len();
+            contacts.reserve(p.len() + most);
+            kept.reserve(most);
         }
         movers.clear();
         movers.extend(colliders.iter().map(|c| Mover::new(c, scene.fall)));
@@ -334,8 +345,9 @@ impl Contact {
                 contacts.push(rigid::Contact::new(k as u32, other, x, at, w, c.friction, c.restitution));
             }
         }
-        rigid::between(colliders, poses, movers, feelers, contacts);
-        Motions { movers, velocity: &p.velocity, dv }.solve(contacts);
+        rigid::between(colliders, poses, movers, solids, kept, scene.dt, contacts);
+        Motions { movers, velocity: p.velocity, dv }.solve(contacts);
+        kept.keep(contacts);
     }
 
     /// Every particle at the colliders that do not give way.
@@ -343,9 +355,13 @@ impl Contact {
         if colliders.iter().all(Collider::is_free) {
             return;
         }
+        let (p, radius) = (scene.particles, &self.still.radius[..]);
         dv.par_iter_mut().enumerate().with_min_len(1024).for_each(|(i, dv)| {
-            let u = scene.particles.velocity[i] + *dv;
-            *dv += self.stopped(scene, colliders, i, u) - u;
+            let u = p.velocity[i] + *dv;
+            // what most particles are asked about, and mostly for nothing
+            if !self.rigid.poses.iter().all(|pose| pose.is_clear(p.position[i], radius[i], u)) {
+                *dv += self.stopped(scene, colliders, i, u) - u;
+            }
         });
     }
 

@@ -14,20 +14,21 @@
 //! particle that is damaged for the first time is a member already if it was bonded to a damaged one, else all rows are
 //! made anew.
 //!
-//! Measured on cubes of 64 000 particles that fall at 8 % of their speed of sound, one thread, user cycles, before the passes
-//! over bonds lost a third of their instructions: contact adds 14 % to a step while the cube is whole (a fifth of it near a
-//! surface) and 60 % when it is shattered, of which half are rows, made anew every seventh step or so. Rows that were made
-//! in order of particles, with a search by every member and of its bonds for each neighbour, took twice that; without
-//! new places for strays they were made every third step, for the few that something had just hit. More slack makes rows
-//! rarer and longer, and gained nothing. A member costs 1 µs: a third marking bonds, a third collecting candidates, a third
-//! measuring them. What has not been tried: frames of fragments instead of whole bodies.
+//! In shards most rows are empty: of the vase on the ground (52 598 particles, a fifth of its bonds broken) 26 % have
+//! neighbours, 0.8 on the mean, while 17 are in reach of each particle and bonded to it. So a step is what every member
+//! costs though it touches nothing, and making rows: there one thread took 11.1 ms a step of 29 before, 4.9 ms of 21 now.
+//! What brought that: rows that serve for 20 steps instead of 8, since fast dust has more room (it alone used up its
+//! slack); wider cells (fewer of them to ask for); records for members with neighbours only; columns as slices outside
+//! the loops (a `Buffer` asks at each access what it is); one look at each pair, in f32, before its records are read.
+//! Still more room made rows of dust so long that it cost twice as much. With rows made in order of particles, or
+//! without new places for strays, it took twice to three times as much.
 
 use std::sync::Mutex;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::cluster::{Clusters, SLACK, STEPS, Seat, sample};
+use super::cluster::{Clusters, SLACK, Seat, own_room, sample};
 use super::grid::Grid;
 use super::search::{MARGIN, Members, Scratch, touch};
 use super::{Scene, Still};
@@ -37,11 +38,14 @@ use crate::world::Body;
 /// Rows of one task.
 const BLOCK: usize = 256;
 /// Neighbours per row that room is made for at once, on the mean of a block; address space only, until it is used.
-const ROOM: usize = 64;
+const ROOM: usize = 128;
 /// Where one particle in so many is damaged, all are wanted: more will follow, and each time rows would be made anew.
 const MANY: usize = 8;
 /// Up to one member in so many may get a new place; beyond, all rows are made anew.
 const STRAYS: usize = 64;
+/// What `may_touch` allows for its rounding of distances, and of places [sizes of the cluster].
+const NEAR: f32 = 1.0 + 1e-5;
+const ROUNDED: f64 = 2.5e-7;
 /// No member.
 pub const NONE: u32 = u32::MAX;
 
@@ -55,8 +59,6 @@ pub struct Record {
     pub u: DVec3,
     /// One over its mass [1/kg], 0 while it is held.
     pub inv_mass: f64,
-    /// Radius [m].
-    pub radius: f32,
     /// Modulus of its material [Pa].
     pub modulus: f32,
 }
@@ -68,9 +70,11 @@ pub struct Entry {
     pub other: u32,
     /// Distance at which they touch [m]: the sum of their radii, or their distance at rest if that is less.
     pub d: f32,
-    /// How far they were from touching when the rows were made [m].
-    pub gap: f32,
 }
+
+/// A member as most that never touch it need it: from the middle of its cluster [m], and how far it goes in this step beside
+/// the mean motion [m]; that is not a number for who can touch nothing.
+type Near = [f32; 4];
 
 /// Rows of [`BLOCK`] members, one after the other.
 #[derive(Debug, Default)]
@@ -92,8 +96,9 @@ pub struct Neighbours {
     pub rank: Vec<u32>,
     /// The members at the present step.
     pub records: Vec<Record>,
-    /// Whether a member can touch anything now: near a surface or damaged.
-    pub exposed: Vec<bool>,
+    near: Vec<Near>,
+    /// Whether a member has any neighbours; who has none needs no record.
+    busy: Vec<bool>,
     /// Body of each member.
     body: Vec<u32>,
     /// Members by which the motion of their clusters is judged.
@@ -104,6 +109,8 @@ pub struct Neighbours {
     slack: Vec<f32>,
     /// Radius and slack [m].
     reach: Vec<f32>,
+    /// Places as [`Members`] has them.
+    spots: Vec<[f32; 4]>,
     /// How much of the slack is used up at the end of this step [m].
     moved: Vec<f32>,
     /// Members that have got a new place since the rows were made, and whether each is one.
@@ -137,14 +144,15 @@ impl Neighbours {
                 (self.body[k], scene.particles.position[i] - self.reference[k], scene.velocity(i, dv))
             });
             self.clusters.measure(motion);
-            self.pose(scene, still, dv);
-            if self.reseat(scene, still) && !self.clusters.meet(scene.dt) {
+            let serve = !self.has_strays(scene, dv) || self.reseat(scene, still, dv);
+            if serve && !self.clusters.meet(scene.dt) {
                 let unsorted = |b: &&mut Block| !b.fresh.is_sorted_by_key(|f| f.0);
                 self.blocks.iter_mut().filter(unsorted).for_each(|b| b.fresh.sort_unstable_by_key(|f| f.0));
-                return;
+                return self.pose(scene, still, dv);
             }
         }
         self.build(scene, still, dv);
+        self.pose(scene, still, dv);
         self.uncovered = false;
         self.builds += 1;
     }
@@ -160,10 +168,12 @@ impl Neighbours {
         }
     }
 
-    /// Whether the member `k` and a neighbour may touch in this step; that costs less than to look at it.
+    /// Whether the member `k` and a neighbour may touch in this step; that costs less than to look at their records.
     #[inline(always)]
     pub fn may_touch(&self, k: usize, e: &Entry) -> bool {
-        e.gap <= self.moved[k] + self.moved[e.other as usize]
+        let (a, b) = (&self.near[k], &self.near[e.other as usize]);
+        let (x, y, z, reach) = (b[0] - a[0], b[1] - a[1], b[2] - a[2], a[3] + b[3] + e.d);
+        x * x + y * y + z * z <= reach * reach * NEAR
     }
 
     /// Members of a block.
@@ -174,11 +184,12 @@ impl Neighbours {
         if self.rank.is_empty() {
             return;
         }
+        let rest = &particles.rest[..];
         for b in bodies.iter().filter(|b| b.material.bonds().is_some()) {
             for link in &b.cuts {
                 self.want(b, link.i as usize);
                 self.want(b, link.j as usize);
-                self.add(particles, still, b.range.start + link.i as usize, b.range.start + link.j as usize);
+                self.add(rest, still, b.range.start + link.i as usize, b.range.start + link.j as usize);
             }
         }
     }
@@ -199,7 +210,7 @@ impl Neighbours {
     }
 
     /// Adds two particles of one body to each other's rows, if they are in reach.
-    fn add(&mut self, particles: &Particles, still: &Still, i: usize, j: usize) {
+    fn add(&mut self, rest: &[Vec3], still: &Still, i: usize, j: usize) {
         if self.uncovered {
             return;
         }
@@ -208,9 +219,8 @@ impl Neighbours {
         if apart > f64::from(self.reach[a] + self.reach[b]) * MARGIN {
             return;
         }
-        let d = touch(particles, still, i, j);
-        let gap = (apart / MARGIN) as f32 - d;
-        self.uncovered |= !push(&mut self.blocks, a, b, d, gap);
+        let d = touch(rest, still, i, j);
+        self.uncovered |= !push(&mut self.blocks, &mut self.busy, a, b, d);
     }
 
     /// Whether the rows have all of the damaged; finds those anew where nothing is known.
@@ -225,29 +235,52 @@ impl Neighbours {
         self.spread.resize(self.wanted.len(), false);
         self.damaged = 0;
         for b in scene.bodies {
-            let damage = &scene.particles.damage[b.range.clone()];
+            let damage = &scene.damage[b.range.clone()];
             (0..damage.len()).filter(|&k| damage[k] > 0.0).for_each(|k| self.want(b, k));
         }
         false
     }
 
-    /// Fills the records, and finds how far every member goes.
+    /// Finds how far every member goes, and whether one has used up its slack.
+    fn has_strays(&mut self, scene: &Scene<'_>, dv: &[DVec3]) -> bool {
+        let Self { members, body, clusters, reference, slack, moved, .. } = self;
+        let rows = moved.par_chunks_mut(BLOCK).zip(members.par_chunks(BLOCK)).zip(body.par_chunks(BLOCK));
+        let rows = rows.zip(reference.par_chunks(BLOCK)).zip(slack.par_chunks(BLOCK)).with_min_len(4);
+        let strays = rows.map(|((((moved, members), body), reference), slack)| {
+            let mut any = false;
+            for k in 0..moved.len() {
+                let (c, i) = (clusters.of(body[k]), members[k] as usize);
+                let gone = (scene.particles.position[i] - reference[k] - c.shift).length();
+                let way = gone + scene.dt * (scene.velocity(i, dv) - c.velocity).length();
+                moved[k] = (way * MARGIN) as f32;
+                any |= moved[k] > slack[k];
+            }
+            any
+        });
+        strays.reduce(|| false, |a, b| a | b)
+    }
+
+    /// Fills the records of the members that have neighbours.
     fn pose(&mut self, scene: &Scene<'_>, still: &Still, dv: &[DVec3]) {
-        let Self { members, records, exposed, body, clusters, reference, moved, .. } = self;
-        let fill = |(k, ((record, exposed), moved)): (usize, ((&mut Record, &mut bool), &mut f32))| {
+        let Self { members, records, near, busy, body, clusters, .. } = self;
+        let fill = |(k, (record, near)): (usize, (&mut Record, &mut Near))| {
+            if !busy[k] {
+                return;
+            }
             let (c, i) = (clusters.of(body[k]), members[k] as usize);
             let (x, u) = (scene.particles.position[i], scene.velocity(i, dv));
             *record = still.record(i, x, u, scene.particles.mass[i]);
-            *exposed = still.surface[i] || scene.particles.damage[i] > 0.0;
-            let way = (x - reference[k] - c.shift).length() + scene.dt * (u - c.velocity).length();
-            *moved = (way * MARGIN) as f32;
+            let (place, way) = (x - c.middle(), scene.dt * (u - c.velocity).length());
+            let exposed = still.surface[i] || scene.damage[i] > 0.0;
+            let reach = if exposed { way + ROUNDED * place.abs().max_element() } else { f64::NAN };
+            *near = place.extend(reach).as_vec4().to_array();
         };
-        records.par_iter_mut().zip(exposed).zip(moved).enumerate().with_min_len(1024).for_each(fill);
+        records.par_iter_mut().zip(near).enumerate().with_min_len(1024).for_each(fill);
     }
 
     /// Finds new neighbours for the members that have used up their slack, if they are few; else, or if there is no room, the
     /// rows are of no use any more.
-    fn reseat(&mut self, scene: &Scene<'_>, still: &Still) -> bool {
+    fn reseat(&mut self, scene: &Scene<'_>, still: &Still, dv: &[DVec3]) -> bool {
         let most = self.members.len() / STRAYS;
         for k in 0..self.members.len() {
             if self.moved[k] <= self.slack[k] {
@@ -260,22 +293,22 @@ impl Neighbours {
             if self.strays.len() > most || self.uncovered {
                 return false;
             }
-            self.reseat_one(scene, still, k);
+            self.reseat_one(scene, still, dv, k);
         }
         !self.uncovered
     }
 
-    fn reseat_one(&mut self, scene: &Scene<'_>, still: &Still, k: usize) {
+    fn reseat_one(&mut self, scene: &Scene<'_>, still: &Still, dv: &[DVec3], k: usize) {
         let (i, body, c) = (self.members[k] as usize, self.body[k], *self.clusters.of(self.body[k]));
-        let (x, radius) = (self.records[k].x - c.shift, still.radius[i]);
-        let own = scene.dt * (self.records[k].u - c.velocity).length();
-        let slack = ((SLACK.0 + SLACK.1) * radius + STEPS.1 * own) as f32;
+        let (x, radius) = (scene.particles.position[i] - c.shift, still.radius[i]);
+        let own = scene.dt * (scene.velocity(i, dv) - c.velocity).length();
+        let slack = ((SLACK[0] + SLACK[1]) * radius + own_room(own, radius)) as f32;
         let reach = radius as f32 + slack;
         (self.reference[k], self.slack[k], self.reach[k]) = (x, slack, reach);
         self.moved[k] = (own * MARGIN) as f32;
         self.clusters.hold(body, x, f64::from(reach));
         let b = &scene.bodies[body as usize];
-        let Self { reference, reach, members, strays, strayed, blocks, grid, body: of, uncovered, .. } = self;
+        let Self { reference, reach, members, strays, strayed, blocks, busy, grid, body: of, uncovered, .. } = self;
         let scratch = self.scratch[0].get_mut().unwrap_or_else(|poisoned| poisoned.into_inner());
         scratch.see(b, i);
         let mut meet = |j: usize| {
@@ -286,11 +319,10 @@ impl Neighbours {
                 return;
             }
             let d = match same {
-                true => touch(scene.particles, still, i, other),
+                true => touch(scene.particles.rest, still, i, other),
                 false => still.radius[i] as f32 + still.radius[other] as f32,
             };
-            let gap = (apart / MARGIN) as f32 - d;
-            *uncovered |= !push(blocks, k, j, d, gap);
+            *uncovered |= !push(blocks, busy, k, j, d);
         };
         grid.around(x, f64::from(reach[k]), |balls| balls.filter(|&j| !strayed[j]).for_each(&mut meet));
         strays.iter().for_each(|&j| meet(j as usize));
@@ -301,20 +333,22 @@ impl Neighbours {
         self.choose_members(scene, still, dv);
         let n = self.members.len();
         self.records.resize(n, Record::default());
-        self.exposed.resize(n, false);
+        self.near.resize(n, Near::default());
         self.moved.resize(n, 0.0);
         self.strays.clear();
         self.strayed.clear();
         self.strayed.resize(n, false);
-        self.pose(scene, still, dv);
-        let Self { members, body, reference, reach, blocks, grid, scratch, .. } = self;
-        let members = Members { members, body, reference, reach };
-        grid.build(n, |k| (members.reference[k], f64::from(members.reach[k])));
-        blocks[..n.div_ceil(BLOCK)].par_iter_mut().enumerate().for_each(|(block, b)| {
+        self.busy.resize(n, false);
+        let Self { members, body, reference, reach, seats, spots, blocks, busy, grid, scratch, .. } = self;
+        grid.build(seats.iter().map(|s| s.key), |k| (reference[k], f64::from(reach[k])));
+        let members = Members { members, body, spots };
+        blocks.par_iter_mut().zip(busy.par_chunks_mut(BLOCK)).enumerate().for_each(|(block, (b, busy))| {
             let thread = rayon::current_thread_index().unwrap_or(0);
             // never contended: a thread makes one block at a time
             let mut scratch = scratch[thread].lock().unwrap_or_else(|poisoned| poisoned.into_inner());
             scratch.rows(scene, still, &members, grid, block * BLOCK..((block + 1) * BLOCK).min(n), b);
+            let starts = std::iter::once(0).chain(b.ends.iter().copied());
+            busy.iter_mut().zip(&b.ends).zip(starts).for_each(|((busy, &end), start)| *busy = end > start);
         });
     }
 
@@ -334,7 +368,8 @@ impl Neighbours {
         self.members.reserve(n);
         self.rank.reserve(n);
         self.records.reserve(n);
-        self.exposed.reserve(n);
+        self.near.reserve(n);
+        self.busy.reserve(n);
         self.body.reserve(n);
         self.reference.reserve(n);
         self.slack.reserve(n);
@@ -342,6 +377,7 @@ impl Neighbours {
         self.strays.reserve(n);
         self.strayed.reserve(n);
         self.reach.reserve(n);
+        self.spots.reserve(n);
         self.seats.reserve(n);
         self.sample.reserve(n);
         self.grid.reserve(n);
@@ -380,16 +416,24 @@ impl Neighbours {
         fill(&mut self.slack, seats, |s| s.slack);
         fill(&mut self.reach, seats, reach);
         fill(&mut self.reference, seats, |s| position[s.particle as usize]);
+        let middle = clusters.middle();
+        let spot = |s: &Seat| {
+            let place = position[s.particle as usize] - middle;
+            let rounded = ROUNDED * place.abs().max_element();
+            place.extend(f64::from(reach(s)) + rounded).as_vec4().to_array()
+        };
+        fill(&mut self.spots, seats, spot);
     }
 }
 
 /// Adds two members to each other's rows; false where there is no room.
-fn push(blocks: &mut [Block], a: usize, b: usize, d: f32, gap: f32) -> bool {
+fn push(blocks: &mut [Block], busy: &mut [bool], a: usize, b: usize, d: f32) -> bool {
     [(a, b), (b, a)].into_iter().all(|(row, other)| {
+        busy[row] = true;
         let fresh = &mut blocks[row / BLOCK].fresh;
         let room = fresh.len() < fresh.capacity();
         if room {
-            fresh.push(((row % BLOCK) as u32, Entry { other: other as u32, d, gap }));
+            fresh.push(((row % BLOCK) as u32, Entry { other: other as u32, d }));
         }
         room
     })

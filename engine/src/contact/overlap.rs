@@ -36,7 +36,8 @@ pub fn deepest(world: &World) -> Option<Overlap> {
     let mut balls: Vec<(usize, usize)> = (0..boxes.len()).filter(near).flat_map(of_body).collect();
     grid.fit(balls.iter().map(|&(_, i)| radius(i)).sum::<f64>() / balls.len().max(1) as f64);
     balls.sort_by_cached_key(|&(_, i)| grid.key(p.position[i], radius(i)));
-    grid.build(balls.len(), |k| (p.position[balls[k].1], radius(balls[k].1)));
+    let keys: Vec<u64> = balls.iter().map(|&(_, i)| grid.key(p.position[i], radius(i))).collect();
+    grid.build(keys.into_iter(), |k| (p.position[balls[k].1], radius(balls[k].1)));
     let mut deepest: Option<Overlap> = None;
     for &(a, i) in &balls {
         grid.around(p.position[i], radius(i), |others| {

@@ -27,7 +27,7 @@ use rayon::prelude::*;
 
 use super::approach::{damped, rebound};
 use super::memory::{Block, Memory, Touch};
-use super::neighbours::{Entry, NONE, Neighbours, Record};
+use super::neighbours::{NONE, Neighbours, Record};
 use super::{Contact, Scene, Still};
 use crate::peridynamic::largest_eigenvalue;
 
@@ -43,11 +43,21 @@ pub struct Pairs {
     pub neighbours: Neighbours,
     /// Who does, and how far each pair has slipped.
     pub memory: Memory,
-    /// Into how many parts each member's mass is split, along and across its contacts; 0 for no contact.
-    split: Vec<[f64; 2]>,
-    /// Velocity change of each member so far, and of the present exchange [m/s].
-    push: Vec<DVec3>,
-    kick: Vec<DVec3>,
+    /// Each member that touches another before and after an exchange.
+    moving: [Vec<Moving>; 2],
+    /// How it yields across its contacts [1/kg], and its velocity change so far [m/s]; no change where nothing touches.
+    across: Vec<f64>,
+    push: Vec<Option<DVec3>>,
+}
+
+/// What an exchange reads of another member: half a cache line.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(32))]
+struct Moving {
+    /// Velocity [m/s].
+    u: DVec3,
+    /// One over the part of the mass that enters each contact [1/kg].
+    yields: f64,
 }
 
 /// Whether two particles overlap, or will within the step.
@@ -86,47 +96,42 @@ fn parts(normals: impl Iterator<Item = DVec3>) -> [f64; 2] {
     }
 }
 
-/// Two particles that touch, seen from the first. Swapped, it gives the same numbers and opposite vectors.
-struct Meeting {
-    /// Unit vector from the first to the second.
-    normal: DVec3,
-    /// How far apart they are [m]; below 0 they overlap.
-    gap: f64,
-    /// Impulse of a spring per overlap or slip [kg/s].
-    stiffness: f64,
-    /// Velocity of the second relative to the first, as far as it is known [m/s], and in the step before.
-    w: DVec3,
-    v: DVec3,
-    /// The mass that moves, along the normal and across [kg].
-    mass: [f64; 2],
+/// What all contacts of a step have in common.
+#[derive(Clone, Copy)]
+struct Rules {
+    friction: f64,
+    restitution: f64,
+    /// What gravity adds to a velocity in a step [m/s].
+    fall: f64,
 }
 
-impl Meeting {
-    /// What springs do to the second [kg m/s]. Forgets the slip that friction does not hold.
-    fn spring(&self, t: &mut Touch, friction: f64) -> DVec3 {
-        let overlap = (-self.gap).clamp(0.0, DEEPEST * t.d);
-        t.along = self.stiffness * overlap;
-        t.slip = t.slip.clamp_length_max(friction * overlap);
-        self.normal * t.along - t.slip * self.stiffness
+impl Touch {
+    /// What the spring of a contact of which the `gap` [m] is open, and which touches at `d` [m], does to the other [kg m/s].
+    /// Forgets the slip that friction does not hold.
+    fn spring(&mut self, gap: f64, d: f64, friction: f64) -> DVec3 {
+        let overlap = (-gap).clamp(0.0, DEEPEST * d);
+        self.along = self.stiffness * overlap;
+        self.slip = self.slip.clamp_length_max(friction * overlap);
+        self.normal * self.along - self.slip * self.stiffness
     }
 
-    /// What stops the approach of the second [kg m/s].
-    fn stop(&self, t: &mut Touch, restitution: f64, dt: f64, fall: f64) -> DVec3 {
-        let (speed, before) = (self.w.dot(self.normal), self.v.dot(self.normal));
+    /// What stops the approach of the other, which comes with `w` [m/s], `mass` [kg] moving [kg m/s].
+    fn stop(&mut self, w: DVec3, mass: f64, rules: &Rules) -> DVec3 {
+        let (speed, before) = (w.dot(self.normal), self.v.dot(self.normal));
         // no faster than the gap allows, but what opened in the step before may close again
-        let least = (-self.gap.max(0.0) / dt).min((fall - before).min(0.0));
-        let after = speed.max(least).max(rebound(speed, before, restitution));
-        let along = self.mass[0] * (after - speed);
-        t.along += along;
+        let least = self.least.min((rules.fall - before).min(0.0));
+        let after = speed.max(least).max(rebound(speed, before, rules.restitution));
+        let along = mass * (after - speed);
+        self.along += along;
         self.normal * along
     }
 
-    /// What rubs on the second [kg m/s], beside the spring that slip has wound.
-    fn rub(&self, t: &mut Touch, friction: f64, fall: f64) -> DVec3 {
+    /// What rubs on the other [kg m/s], beside the spring that slip has wound.
+    fn rub(&mut self, w: DVec3, mass: f64, rules: &Rules) -> DVec3 {
         let across = |v: DVec3| v - self.normal * v.dot(self.normal);
-        let (slide, wound) = (across(self.w), t.slip * -self.stiffness);
-        let rubbed = slide * ((damped(slide, across(self.v), fall) - 1.0) * self.mass[1]);
-        (wound + rubbed).clamp_length_max(friction * t.along) - wound
+        let (slide, wound) = (across(w), self.slip * -self.stiffness);
+        let rubbed = slide * ((damped(slide, across(self.v), rules.fall) - 1.0) * mass);
+        (wound + rubbed).clamp_length_max(rules.friction * self.along) - wound
     }
 }
 
@@ -143,125 +148,117 @@ impl Pairs {
     ) {
         self.neighbours.update(scene, still, dv);
         self.memory.turn(scene.particles.len());
-        self.find(scene, dv);
-        let (members, most) = (self.neighbours.members.len(), scene.particles.len());
-        for column in [&mut self.push, &mut self.kick] {
-            column.clear();
-            column.reserve(most);
-            column.resize(members, DVec3::ZERO);
-        }
-        let (friction, restitution, dt, fall) =
-            (settings.friction, settings.restitution, scene.dt, scene.fall.length());
-        self.exchange(settings, scene, dv, |m, t| m.spring(t, friction));
-        // who rests on the ground does not fall away from what rests on it
-        let Neighbours { records, members, .. } = &mut self.neighbours;
-        records.par_iter_mut().zip(&members[..]).zip(&self.split).with_min_len(1024).for_each(
-            |((record, &i), split)| {
-                if split[0] > 0.0 {
-                    record.u = held(i as usize, record.u);
-                }
-            },
-        );
-        self.exchange(settings, scene, dv, |m, t| m.stop(t, restitution, dt, fall));
-        if friction > 0.0 {
-            self.exchange(settings, scene, dv, |m, t| m.rub(t, friction, fall));
+        self.make_room(scene.particles.len());
+        self.find(settings, scene, held, dv);
+        let rules = Rules { friction: settings.friction, restitution: settings.restitution, fall: scene.fall.length() };
+        self.exchange(|t, w, mass| t.stop(w, mass, &rules));
+        if rules.friction > 0.0 {
+            self.exchange(|t, w, mass| t.rub(w, mass, &rules));
         }
         self.memory.settle(&self.neighbours);
-        let (rank, push, split) = (&self.neighbours.rank, &self.push, &self.split);
+        let (rank, push) = (&self.neighbours.rank, &self.push);
         dv.par_iter_mut().zip(rank).with_min_len(4096).for_each(|(dv, &k)| {
-            if k != NONE && split[k as usize][0] > 0.0 {
-                *dv += push[k as usize];
+            if k != NONE
+                && let Some(push) = push[k as usize]
+            {
+                *dv += push;
             }
         });
     }
 
-    /// Finds what touches, and carries its memory on.
-    fn find(&mut self, scene: &Scene<'_>, dv: &[DVec3]) {
-        let n = &self.neighbours;
-        self.split.reserve(scene.particles.len().saturating_sub(self.split.len()));
-        self.split.resize(n.members.len(), [0.0; 2]);
+    /// Room for rows of `n` particles, so that no later step allocates.
+    fn make_room(&mut self, n: usize) {
+        let members = self.neighbours.members.len();
+        for moving in &mut self.moving {
+            moving.reserve(n.saturating_sub(moving.len()));
+            moving.resize(members, Moving::default());
+        }
+        self.across.reserve(n.saturating_sub(self.across.len()));
+        self.across.resize(members, 0.0);
+        self.push.reserve(n.saturating_sub(self.push.len()));
+        self.push.resize(members, None);
+    }
+
+    /// Finds what touches, carries its memory on, and lets the springs act; what rests on something that does not give way
+    /// does not fall away then from what rests on it.
+    fn find(
+        &mut self,
+        settings: &Contact,
+        scene: &Scene<'_>,
+        held: impl Fn(usize, DVec3) -> DVec3 + Sync,
+        dv: &[DVec3],
+    ) {
+        let (n, dt) = (&self.neighbours, scene.dt);
         let (now, past) = self.memory.split();
-        let blocks = self.split.par_chunks_mut(Neighbours::BLOCK).zip(now).enumerate();
-        blocks.for_each(|(block, (split, Block { rows, ends, touches: list }))| {
+        let moving =
+            self.moving[0].par_chunks_mut(Neighbours::BLOCK).zip(self.across.par_chunks_mut(Neighbours::BLOCK));
+        let blocks = moving.zip(self.push.par_chunks_mut(Neighbours::BLOCK)).zip(now).enumerate();
+        blocks.for_each(|(block, (((moving, across), push), Block { rows, ends, touches: list, met }))| {
             n.rows(block, |k, row, fresh| {
-                let (a, i, start) = (&n.records[k], n.members[k], list.len());
-                let mut meet = |e: &Entry| {
-                    if !n.may_touch(k, e) {
-                        return;
-                    }
-                    let (b, d) = (&n.records[e.other as usize], f64::from(e.d));
-                    if touches(a, b, d, scene.dt) && n.exposed[e.other as usize] && a.inv_mass + b.inv_mass > 0.0 {
-                        let particle = n.members[e.other as usize];
-                        list.push(Touch { particle, member: e.other, d, slip: DVec3::ZERO, along: 0.0 });
-                    }
-                };
-                if n.exposed[k] {
-                    row.iter().for_each(&mut meet);
-                    fresh.iter().for_each(|f| meet(&f.1));
-                }
-                list[start..].sort_unstable_by_key(|t| t.particle);
-                // who has got a new place may be in a row twice
-                let mut kept = start;
-                for t in start..list.len() {
-                    if kept == start || list[kept - 1].particle != list[t].particle {
-                        list[kept] = list[t];
-                        kept += 1;
-                    }
-                }
-                list.truncate(kept);
-                let own = &mut list[start..];
-                let normal = |t: &Touch| (n.records[t.member as usize].x - a.x).normalize();
-                for t in own.iter_mut() {
-                    let Some(slip) = past.slip(i, t.particle) else { continue };
-                    let moved = scene.before(t.particle as usize, dv) - scene.before(i as usize, dv);
-                    let (slip, normal) = (slip + moved * scene.dt, normal(t));
-                    t.slip = slip - normal * slip.dot(normal);
-                }
-                split[k % Neighbours::BLOCK] = parts(own.iter().map(normal));
+                let (a, i, own) = (&n.records[k], n.members[k], k % Neighbours::BLOCK);
+                let start = list.len();
                 rows.push(i);
+                push[own] = None;
+                met.clear();
+                for e in row.iter().chain(fresh.iter().map(|f| &f.1)).filter(|e| n.may_touch(k, e)) {
+                    let (b, d) = (&n.records[e.other as usize], f64::from(e.d));
+                    if touches(a, b, d, dt) && a.inv_mass + b.inv_mass > 0.0 {
+                        met.push((n.members[e.other as usize], *e));
+                    }
+                }
+                if met.is_empty() {
+                    return ends.push(start as u32);
+                }
+                met.sort_unstable_by_key(|m| m.0);
+                // who has got a new place may be in a row twice
+                met.dedup_by_key(|m| m.0);
+                let (mut kick, mut remembered) = (DVec3::ZERO, past.of(i));
+                let before = scene.before(i as usize, dv);
+                for &(particle, e) in met.iter() {
+                    let (b, d) = (&n.records[e.other as usize], f64::from(e.d));
+                    let y = b.x - a.x;
+                    let length = y.length();
+                    let modulus = 2.0 / (1.0 / f64::from(a.modulus) + 1.0 / f64::from(b.modulus));
+                    let (normal, gap, reduced) = (y / length, length - d, 1.0 / (a.inv_mass + b.inv_mass));
+                    let v = scene.before(particle as usize, dv) - before;
+                    let slip = remembered.slip(i, particle).map_or(DVec3::ZERO, |slip| {
+                        let slip = slip + v * dt;
+                        slip - normal * slip.dot(normal)
+                    });
+                    let stiffness = (settings.stiffness * modulus * d * dt).min(PUSH * reduced / dt);
+                    let least = -gap.max(0.0) / dt;
+                    let mut touch = Touch { particle, member: e.other, normal, v, slip, stiffness, least, along: 0.0 };
+                    kick -= touch.spring(gap, d, settings.friction) * a.inv_mass;
+                    list.push(touch);
+                }
+                let [along, aside] = parts(list[start..].iter().map(|t| t.normal));
+                moving[own] = Moving { u: held(i as usize, a.u + kick), yields: along * a.inv_mass };
+                across[own] = aside * a.inv_mass;
+                push[own] = Some(kick);
                 ends.push(list.len() as u32);
             });
         });
     }
 
-    /// Adds the impulses on the second of each pair, and their opposites, to velocities and `push`.
-    fn exchange(
-        &mut self,
-        settings: &Contact,
-        scene: &Scene<'_>,
-        dv: &[DVec3],
-        impulse: impl Fn(&Meeting, &mut Touch) -> DVec3 + Sync,
-    ) {
-        let (n, split, dt) = (&self.neighbours, &self.split, scene.dt);
-        let blocks = self.kick.par_chunks_mut(Neighbours::BLOCK).zip(&mut self.memory.now).enumerate();
-        blocks.for_each(|(block, (kick, touching))| {
-            for (row, kick) in kick.iter_mut().enumerate() {
-                *kick = DVec3::ZERO;
-                let (k, range) = (block * Neighbours::BLOCK + row, touching.row(row));
-                let a = &n.records[k];
+    /// Adds the impulses on the other of each pair, and their opposites, to velocities and `push`, all from the velocities
+    /// before. What follows acts across contacts.
+    fn exchange(&mut self, impulse: impl Fn(&mut Touch, DVec3, f64) -> DVec3 + Sync) {
+        let ([from, to], across, records) = (&mut self.moving, &self.across, &self.neighbours.records);
+        let rows = to.par_chunks_mut(Neighbours::BLOCK).zip(self.push.par_chunks_mut(Neighbours::BLOCK));
+        rows.zip(&mut self.memory.now).enumerate().for_each(|(block, ((to, push), touching))| {
+            for (row, (to, push)) in to.iter_mut().zip(push).enumerate() {
+                let Some(push) = push else { continue };
+                let k = block * Neighbours::BLOCK + row;
+                let (a, inv_mass, mut kick) = (&from[k], records[k].inv_mass, DVec3::ZERO);
+                let range = touching.row(row);
                 for t in &mut touching.touches[range] {
-                    let other = t.member as usize;
-                    let b = &n.records[other];
-                    let y = b.x - a.x;
-                    let length = y.length();
-                    let modulus = 2.0 / (1.0 / f64::from(a.modulus) + 1.0 / f64::from(b.modulus));
-                    let reduced = 1.0 / (a.inv_mass + b.inv_mass);
-                    let meeting = Meeting {
-                        normal: y / length,
-                        gap: length - t.d,
-                        stiffness: (settings.stiffness * modulus * t.d * dt).min(PUSH * reduced / dt),
-                        w: b.u - a.u,
-                        v: scene.before(t.particle as usize, dv) - scene.before(n.members[k] as usize, dv),
-                        mass: [0, 1].map(|way| 1.0 / (split[k][way] * a.inv_mass + split[other][way] * b.inv_mass)),
-                    };
-                    *kick -= impulse(&meeting, t) * a.inv_mass;
+                    let b = &from[t.member as usize];
+                    kick -= impulse(t, b.u - a.u, 1.0 / (a.yields + b.yields)) * inv_mass;
                 }
+                *to = Moving { u: a.u + kick, yields: across[k] };
+                *push += kick;
             }
         });
-        let kicked = self.neighbours.records.par_iter_mut().zip(&mut self.push).zip(&self.kick).with_min_len(4096);
-        kicked.for_each(|((record, push), kick)| {
-            record.u += *kick;
-            *push += *kick;
-        });
+        self.moving.swap(0, 1);
     }
 }

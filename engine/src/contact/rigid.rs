@@ -2,13 +2,16 @@
 //!
 //! A contact is between a free collider and a particle, or a free collider and any other. Both sides get the same impulse at
 //! the same point with opposite signs, so linear and angular momentum are kept to round-off. Rigid things pass impulses on
-//! at once, so the list is gone through several times, each contact correcting the sum of its impulses (Catto 2005); that
-//! is serial, and small beside the bonds.
+//! at once, so the list is gone through several times, each contact correcting the sum of its impulses (Catto 2005), which
+//! begins with that of the step before; that is serial, and small beside the bonds.
 
 use glam::{DMat3, DVec3};
 
 use super::approach::{Approach, Pose, rebound};
 use super::collider::Collider;
+use super::manifold::{Key, Side, Solids};
+use crate::buffer::Buffer;
+use crate::column::{Column, Of, Visitor};
 
 /// Passes over the list. One stops what is light on what is heavy; a box on its corners needs some more.
 const SWEEPS: usize = 8;
@@ -85,6 +88,8 @@ pub struct Contact {
     /// Impulse on the other so far [kg m/s].
     along: f64,
     across: DVec3,
+    /// What touches, of two colliders.
+    key: Option<Key>,
 }
 
 /// The motion of everything that contacts change.
@@ -134,6 +139,7 @@ impl Motions<'_> {
 
     /// Works out all contacts.
     pub fn solve(&mut self, contacts: &mut [Contact]) {
+        contacts.iter().filter(|c| c.along > 0.0).for_each(|c| self.apply(c, c.impulse()));
         for _ in 0..SWEEPS {
             let (mut largest, mut change) = (0.0_f64, 0.0_f64);
             for c in contacts.iter_mut() {
@@ -165,44 +171,109 @@ impl Motions<'_> {
 impl Contact {
     /// A contact with the velocity `w` of the other relative to the collider, before any impulse.
     pub fn new(body: u32, other: Other, x: DVec3, at: Approach, w: DVec3, friction: f64, restitution: f64) -> Self {
-        let speed = at.speed.max(rebound(w.dot(at.normal), f64::NEG_INFINITY, restitution));
-        Self { body, other, x, normal: at.normal, speed, friction, along: 0.0, across: DVec3::ZERO }
+        let along = w.dot(at.normal);
+        let hits = along < at.speed;
+        let speed = if hits { at.speed.max(rebound(along, f64::NEG_INFINITY, restitution)) } else { at.speed };
+        Self { body, other, x, normal: at.normal, speed, friction, along: 0.0, across: DVec3::ZERO, key: None }
+    }
+
+    /// The same, beginning with the impulse that these features had in the step before.
+    fn remembering(mut self, key: Key, kept: &Kept) -> Self {
+        let impulse = kept.of(key);
+        let along = impulse.dot(self.normal);
+        self.along = along.max(0.0);
+        self.across = (impulse - self.normal * along).clamp_length_max(self.friction * self.along);
+        self.key = Some(key);
+        self
+    }
+
+    /// Impulse on the other so far [kg m/s].
+    fn impulse(&self) -> DVec3 {
+        self.normal * self.along + self.across
     }
 }
 
-/// Appends the contacts between colliders, the feelers of each against the surface of every other; `feelers` has those of all
-/// colliders.
+/// Appends the contacts between colliders, with the impulses that they had in the step before.
 pub fn between(
     colliders: &[Collider],
     poses: &[Pose],
     movers: &[Mover],
-    feelers: &[(Vec<DVec3>, f64)],
+    solids: &mut Solids,
+    kept: &Kept,
+    dt: f64,
     contacts: &mut Vec<Contact>,
 ) {
-    for (a, feeling) in colliders.iter().enumerate() {
-        for (b, met) in colliders.iter().enumerate() {
-            if a == b || !(feeling.is_free() || met.is_free()) {
+    let side = |k: usize| {
+        let (pose, mover, shape) = (&poses[k], &movers[k], &colliders[k].shape);
+        let velocity = mover.velocity + pose.velocity(mover.position);
+        let spin = (mover.inv_inertia * mover.angular_momentum).length();
+        let turning = pose.turning() + if spin > 0.0 { spin * shape.radius() } else { 0.0 };
+        Side { shape, pose, velocity, turning }
+    };
+    for a in 0..colliders.len() {
+        for b in a + 1..colliders.len() {
+            let pair = [&colliders[a], &colliders[b]];
+            if !pair.iter().any(|c| c.is_free()) {
                 continue;
             }
-            let (friction, restitution) =
-                ((feeling.friction * met.friction).sqrt(), feeling.restitution.max(met.restitution));
-            let (points, r) = &feelers[a];
-            for &point in points {
-                let (place, turn) = poses[a].place();
-                let x = place + turn * point;
-                let w = movers[a].at(x) + poses[a].velocity(x) - movers[b].at(x) - poses[b].velocity(x);
-                let Some(at) = poses[b].approach(&met.shape, x, *r, w) else { continue };
-                let contact = if met.is_free() {
-                    let other = Other::Collider(a as u32, poses[a].velocity(x));
-                    Contact::new(b as u32, other, x - at.normal * *r, at, w, friction, restitution)
-                } else {
-                    // seen from the free one, the normal points the other way
-                    let at = Approach { normal: -at.normal, ..at };
-                    let other = Other::Collider(b as u32, poses[b].velocity(x));
-                    Contact::new(a as u32, other, x + at.normal * *r, at, -w, friction, restitution)
-                };
-                contacts.push(contact);
-            }
+            let friction = (pair[0].friction * pair[1].friction).sqrt();
+            let restitution = pair[0].restitution.max(pair[1].restitution);
+            solids.meet((a, b), [side(a), side(b)], dt, |spot| {
+                // seen from a free one
+                let (body, other, sign) = if pair[0].is_free() { (a, b, 1.0) } else { (b, a, -1.0) };
+                let path = poses[other].velocity(spot.x);
+                let w = movers[other].at(spot.x) + path - movers[body].at(spot.x);
+                let at = Approach { normal: spot.at.normal * sign, speed: spot.at.speed };
+                let other = Other::Collider(other as u32, path);
+                let contact = Contact::new(body as u32, other, spot.x, at, w, friction, restitution);
+                contacts.push(contact.remembering(spot.key, kept));
+            });
         }
+    }
+}
+
+/// The impulses between colliders in the last step and in the one before it, by the features that touched: resting things
+/// then need few sweeps, and a stack stands. Survives a restart.
+#[derive(Debug, Default)]
+pub struct Kept {
+    /// In order of keys.
+    last: Vec<(Key, DVec3)>,
+    before: Vec<(Key, DVec3)>,
+}
+
+impl Kept {
+    /// Keeps the impulses of a step.
+    pub fn keep(&mut self, contacts: &[Contact]) {
+        std::mem::swap(&mut self.last, &mut self.before);
+        self.last.clear();
+        let pushed = contacts.iter().filter(|c| c.along > 0.0).filter_map(|c| Some((c.key?, c.impulse())));
+        self.last.extend(pushed);
+        self.last.sort_unstable_by_key(|k| k.0);
+    }
+
+    /// Room for as many.
+    pub fn reserve(&mut self, n: usize) {
+        self.last.reserve(n);
+        self.before.reserve(n);
+    }
+
+    /// Back to the step before.
+    pub fn undo(&mut self) {
+        std::mem::swap(&mut self.last, &mut self.before);
+    }
+
+    fn of(&self, key: Key) -> DVec3 {
+        self.last.binary_search_by_key(&key, |k| k.0).map_or(DVec3::ZERO, |k| self.last[k].1)
+    }
+
+    /// Shows every impulse.
+    pub fn visit(&mut self, v: &mut Visitor<'_>) {
+        const SCOPE: &str = "contact";
+        let mut keys = Buffer::new(self.last.iter().flat_map(|k| k.0).collect());
+        let mut impulses = Buffer::new(self.last.iter().map(|k| k.1).collect());
+        v(SCOPE, &Column::live("rigid_features", "1", Of::Thing), &mut keys);
+        v(SCOPE, &Column::live("rigid_impulse", "kg m/s", Of::Thing), &mut impulses);
+        self.last.clear();
+        self.last.extend(keys.as_chunks().0.iter().copied().zip(impulses.iter().copied()));
     }
 }

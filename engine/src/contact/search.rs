@@ -3,26 +3,24 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::Vec3;
 use wide::f32x8;
 
 use super::grid::Grid;
 use super::neighbours::{Block, Entry, NONE};
 use super::{Scene, Still};
 use crate::bonds::CHUNK;
-use crate::particles::Particles;
 use crate::world::Body;
 
 /// Candidates that are measured at once.
 const WIDE: usize = 8;
 /// Rows are measured in f32; no pair in reach may be lost by that.
 pub const MARGIN: f64 = 1.0 + 1e-5;
-const LESS: f32 = (1.0 / MARGIN) as f32;
 
 /// Distance [m] at which two particles of one body touch.
 #[inline]
-pub fn touch(particles: &Particles, still: &Still, i: usize, j: usize) -> f32 {
-    let rest = particles.rest[i].distance(particles.rest[j]);
+pub fn touch(rest: &[Vec3], still: &Still, i: usize, j: usize) -> f32 {
+    let rest = rest[i].distance(rest[j]);
     // rounded down, so that nothing pushes at rest
     (still.radius[i] as f32 + still.radius[j] as f32).min(rest * (1.0 - 1e-6))
 }
@@ -31,17 +29,17 @@ pub fn touch(particles: &Particles, still: &Still, i: usize, j: usize) -> f32 {
 pub struct Members<'a> {
     pub members: &'a [u32],
     pub body: &'a [u32],
-    pub reference: &'a [DVec3],
-    pub reach: &'a [f32],
+    /// Place relative to the middle of all, and reach with what rounding the place may take [m].
+    pub spots: &'a [[f32; 4]],
 }
 
 /// What one thread needs to make rows.
 #[derive(Debug, Default)]
 pub struct Scratch {
-    /// Candidates near a cell: place relative to its middle and reach [m], padded to eights.
+    /// Candidates near a cell: their spots, axis by axis, padded to eights.
     place: [Vec<f32>; 4],
-    /// Their members, particles and bodies.
-    who: Vec<[u32; 3]>,
+    /// Their members.
+    who: Vec<u32>,
     /// Of each particle, the last row in which it was seen bonded.
     seen: Vec<u32>,
     row: u32,
@@ -60,21 +58,15 @@ impl Scratch {
         let Self { place, who, .. } = self;
         place.iter_mut().for_each(Vec::clear);
         who.clear();
-        let middle = grid.middle(cell);
         grid.near(cell, |balls| {
-            for j in balls {
-                let x = (members.reference[j] - middle).as_vec3();
-                place[0].push(x.x);
-                place[1].push(x.y);
-                place[2].push(x.z);
-                place[3].push(members.reach[j]);
-                who.push([j as u32, members.members[j], members.body[j]]);
-            }
+            let spots = &members.spots[balls.clone()];
+            place.iter_mut().enumerate().for_each(|(axis, place)| place.extend(spots.iter().map(|s| s[axis])));
+            who.extend(balls.start as u32..balls.end as u32);
         });
         let full = who.len().next_multiple_of(WIDE);
         place.iter_mut().for_each(|p| p.resize(full, f32::INFINITY));
         place[3][who.len()..].fill(0.0);
-        who.resize(full, [NONE; 3]);
+        who.resize(full, NONE);
     }
 
     /// Remembers whom a bond holds to particle `i`, and that one itself.
@@ -85,11 +77,13 @@ impl Scratch {
         });
         self.seen[i] = self.row;
         let Some(bonds) = b.material.bonds() else { return };
-        for chunk in bonds.chunks(i - b.range.start) {
-            let mut bits = bonds.intact[chunk];
+        let chunks = bonds.chunks(i - b.range.start);
+        let seen = &mut self.seen[b.range.clone()];
+        let neighbours = bonds.neighbours[chunks.start * CHUNK..chunks.end * CHUNK].as_chunks::<CHUNK>().0;
+        for (&intact, row) in bonds.intact[chunks].iter().zip(neighbours) {
+            let mut bits = intact;
             while bits != 0 {
-                let other = bonds.neighbours[chunk * CHUNK + bits.trailing_zeros() as usize];
-                self.seen[b.range.start + other as usize] = self.row;
+                seen[row[bits.trailing_zeros() as usize % CHUNK] as usize] = self.row;
                 bits &= bits - 1;
             }
         }
@@ -135,32 +129,27 @@ impl Scratch {
             let b = &scene.bodies[body as usize];
             let bonded = b.material.bonds().is_some();
             self.see(b, i);
-            let own = (m.reference[k] - grid.middle(cell)).as_vec3();
-            let [x, y, z] = own.to_array().map(f32x8::splat);
-            let reach = f32x8::splat(m.reach[k]);
-            for start in (0..self.who.len()).step_by(WIDE) {
-                let at = |axis: usize| {
-                    f32x8::from(<[f32; WIDE]>::try_from(&self.place[axis][start..start + WIDE]).expect("eight"))
-                };
-                let (dx, dy, dz) = (at(0) - x, at(1) - y, at(2) - z);
-                let near = (at(3) + reach) * f32x8::splat(MARGIN as f32);
+            let [x, y, z, reach] = m.spots[k].map(f32x8::splat);
+            let [xs, ys, zs, reaches] = [0, 1, 2, 3].map(|axis| self.place[axis].as_chunks::<WIDE>().0.iter());
+            let eights = xs.zip(ys).zip(zs).zip(reaches).zip(self.who.as_chunks::<WIDE>().0);
+            for ((((xs, ys), zs), reaches), who) in eights {
+                let (dx, dy, dz) = (f32x8::from(*xs) - x, f32x8::from(*ys) - y, f32x8::from(*zs) - z);
+                let near = (f32x8::from(*reaches) + reach) * f32x8::splat(MARGIN as f32);
                 let apart = dx * dx + dy * dy + dz * dz;
-                let mut bits = (near * near - apart).simd_ge(f32x8::ZERO).to_bitmask();
-                let apart = apart.to_array();
+                let mut bits = apart.simd_le(near * near).to_bitmask();
                 while bits != 0 {
-                    let lane = bits.trailing_zeros() as usize;
-                    let [j, particle, its_body] = self.who[start + lane];
+                    let j = who[bits.trailing_zeros() as usize % WIDE];
                     bits &= bits - 1;
-                    let other = particle as usize;
-                    let same = its_body == body;
+                    let other = m.members[j as usize] as usize;
+                    let same = m.body[j as usize] == body;
                     if same && (if bonded { self.saw(other) } else { still.piece[i] == still.piece[other] }) {
                         continue;
                     }
                     let d = match same {
-                        true => touch(scene.particles, still, i, other),
+                        true => touch(scene.particles.rest, still, i, other),
                         false => still.radius[i] as f32 + still.radius[other] as f32,
                     };
-                    entries.push(Entry { other: j, d, gap: apart[lane].sqrt() * LESS - d });
+                    entries.push(Entry { other: j, d });
                 }
             }
             ends.push(entries.len() as u32);

@@ -182,28 +182,33 @@ impl Shape {
         })
     }
 
-    /// Points [m], each the middle of a ball of the radius beside it, by which this shape meets others: corners, the ball
-    /// itself, a capsule's ends, 16 points of each rim of a cylinder, the vertices of a mesh. Two edges that cross without
-    /// a corner near go unnoticed.
-    pub fn feelers(&self) -> (Vec<DVec3>, f64) {
+    /// Calls `each` with points of the surface [m], the same number of them always, on which this shape can stand on a plane
+    /// that lies in the unit direction `down`: none reaches lower.
+    pub fn lowest(&self, down: DVec3, mut each: impl FnMut(DVec3)) {
         match self {
-            Self::Plane { .. } => (Vec::new(), 0.0),
-            Self::Ball { radius } => (vec![DVec3::ZERO], *radius),
-            Self::Box { half } => {
-                let sign = |k: usize, bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
-                ((0..8).map(|k| *half * DVec3::new(sign(k, 0), sign(k, 1), sign(k, 2))).collect(), 0.0)
+            Self::Plane { .. } => {}
+            Self::Ball { radius } => each(down * *radius),
+            Self::Box { half } => corners(*half).for_each(each),
+            Self::Capsule { half, radius } => {
+                [1.0, -1.0].into_iter().for_each(|end| each(DVec3::Y * (end * half) + down * *radius));
             }
-            Self::Capsule { half, radius } => (vec![DVec3::Y * *half, DVec3::NEG_Y * *half], *radius),
             Self::Cylinder { half, radius } => {
-                let rim = |k: usize| {
-                    let (sin, cos) = (std::f64::consts::TAU * (k / 2) as f64 / 16.0).sin_cos();
-                    DVec3::new(radius * cos, if k.is_multiple_of(2) { *half } else { -half }, radius * sin)
-                };
-                ((0..32).map(rim).collect(), 0.0)
+                // the lowest point of each rim, and three more for when it stands
+                let low = DVec3::new(down.x, 0.0, down.z).try_normalize().unwrap_or(DVec3::X) * *radius;
+                let aside = DVec3::new(low.z, 0.0, -low.x);
+                for end in [*half, -half] {
+                    [low, aside, -low, -aside].into_iter().for_each(|rim| each(rim + DVec3::Y * end));
+                }
             }
-            Self::Mesh(mesh) => (mesh.vertices.to_vec(), 0.0),
+            Self::Mesh(mesh) => mesh.vertices.iter().for_each(|v| each(*v)),
         }
     }
+}
+
+/// The corners of a box about the origin.
+fn corners(half: DVec3) -> impl Iterator<Item = DVec3> {
+    let sign = |k: usize, bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
+    (0..8).map(move |k| half * DVec3::new(sign(k, 0), sign(k, 1), sign(k, 2)))
 }
 
 /// Distance from a ball of radius `r` about the origin of `x`.
@@ -219,7 +224,7 @@ mod tests {
     use super::*;
 
     fn shapes() -> Vec<Shape> {
-        let hull = Mesh::hull(&Shape::Box { half: DVec3::new(0.3, 0.5, 0.2) }.feelers().0).unwrap();
+        let hull = Mesh::hull(&corners(DVec3::new(0.3, 0.5, 0.2)).collect::<Vec<_>>()).unwrap();
         vec![
             Shape::Ball { radius: 0.7 },
             Shape::Box { half: DVec3::new(0.3, 0.5, 0.2) },
