@@ -153,6 +153,23 @@ fn elephants_fall_on_a_ball_and_stay_closed() {
     assert!(lowest > -0.1, "through the ground: {lowest}");
 }
 
+#[test]
+fn ten_and_fifteen_elephants_fall_too() {
+    for (count, height) in [(10, 0.6), (15, 0.6)] {
+        let cells: Vec<String> = (1..=count).map(|k| format!("body.{k:02}.cells=60")).collect();
+        let cells: Vec<&str> = cells.iter().map(String::as_str).collect();
+        let mut simulation = build(&format!("lattice/elephants_{count}"), &cells);
+        assert_eq!(simulation.world.bodies.len(), count);
+        for k in 1..=3 {
+            run(&mut simulation, 0.1 * f64::from(k));
+            assert_closed(&simulation.frame(k), "elephants");
+        }
+        let p = &simulation.world.particles;
+        let lowest = p.position.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
+        assert!((-0.1..height).contains(&lowest), "{count}: the lowest at {lowest}");
+    }
+}
+
 const BALL: &str = "\
 duration = 1
 dt = 0.01
