@@ -113,7 +113,8 @@ fn main() -> Outcome<()> {
             curve("with merging", 2, &merging, which),
         ]
     };
-    let off = |which| vec![curve("without β (Steinemann)", 1, &apart[0], which), curve("with β", 2, &apart[1], which)];
+    let off =
+        |which| vec![curve("without beta (Steinemann)", 1, &apart[0], which), curve("with beta", 2, &apart[1], which)];
     let machine = Machine::here();
     let figure = Figure {
         title: machine.sentence(),
