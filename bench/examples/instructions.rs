@@ -1,4 +1,5 @@
-//! Instructions per directed bond of a step, for every law and criterion: a figure without noise, counted by valgrind.
+//! Instructions per directed bond of a step, for every law and criterion, per finest cell of a step of a lattice, and per vertex of
+//! its frames: a figure without noise, counted by valgrind.
 //!
 //!     cargo run --release -p fissure-bench --example instructions             compares with the numbers that are kept
 //!     cargo run --release -p fissure-bench --example instructions -- accept   keeps the new ones
@@ -13,8 +14,10 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-use fissure_bench::Lattice;
-use fissure_engine::Registry;
+use fissure_bench::{Lattice, cells};
+use fissure_engine::{Registry, World};
+use fissure_io::scene::Scene;
+use fissure_io::simulation::Simulation;
 // what the law below calls its own crate's
 use fissure_materials::moduli;
 
@@ -38,37 +41,99 @@ fn block<'a>(law: &'a str, criterion: &'a str) -> Lattice<'a> {
     Lattice { law, criterion, edge: 12, ..Lattice::default() }
 }
 
-/// What is counted: name, where it is registered, law and criterion.
-fn cases() -> Vec<(String, Registry, &'static str, &'static str)> {
+/// What is counted.
+struct Case {
+    name: String,
+    what: What,
+}
+
+enum What {
+    /// Steps of a block of bonds: where the law is registered, law and criterion; per directed bond.
+    Bonds(Registry, &'static str, &'static str),
+    /// Steps of a ball of cells: method and levels; per finest cell.
+    Cells(&'static str, f64),
+    /// Frames of a lattice between steps, without the steps; per vertex.
+    Frames,
+}
+
+impl Case {
+    fn new(name: impl Into<String>, what: What) -> Self {
+        Self { name: name.into(), what }
+    }
+
+    /// What is done again and again, to count it.
+    fn work(&self) -> Box<dyn FnMut()> {
+        let steps = |mut world: World| -> Box<dyn FnMut()> { Box::new(move || world.step().expect("stable")) };
+        match &self.what {
+            What::Bonds(registry, law, criterion) => steps(block(law, criterion).world(registry)),
+            What::Cells(method, levels) => steps(cells::ball(method, *levels)),
+            What::Frames => {
+                let mut simulation = blob();
+                simulation.step().expect("shape matching always steps");
+                Box::new(move || drop(std::hint::black_box(simulation.frame(0))))
+            }
+        }
+    }
+
+    /// Of how many things the work is.
+    fn units(&self) -> u64 {
+        match &self.what {
+            What::Bonds(_, law, criterion) => block(law, criterion).directed(),
+            What::Cells(method, levels) => cells::ball(method, *levels).particles.len() as u64,
+            What::Frames => blob().frame(0).positions.len() as u64,
+        }
+    }
+}
+
+/// A ball of about 1000 cells whose nodes are of several levels.
+fn blob() -> Simulation {
+    let text = "\
+duration = 1
+dt = 0.01
+[body.ball]
+shape = { kind = 'ball', radius = 0.1 }
+density = 1000
+cells = 1000
+material = { law = 'lattice' }
+";
+    let scene = Scene::parse(text, Path::new("ball.toml"), &[]).expect("a scene");
+    Simulation::build(&scene, &fissure_materials::registry(), &mut |_| ()).expect("a ball")
+}
+
+fn cases() -> Vec<Case> {
     let registry = fissure_materials::registry();
     let mut all = Vec::new();
     for entry in registry.bond_laws() {
-        all.push((entry.name.to_string(), registry.clone(), entry.name, "critical_stretch"));
+        all.push(Case::new(entry.name, What::Bonds(registry.clone(), entry.name, "critical_stretch")));
     }
     let others = registry.entry("isotropic").expect("registered").criteria.iter();
     for criterion in others.filter(|c| c.name != "critical_stretch") {
-        all.push((format!("isotropic with {}", criterion.name), registry.clone(), "isotropic", criterion.name));
+        let name = format!("isotropic with {}", criterion.name);
+        all.push(Case::new(name, What::Bonds(registry.clone(), "isotropic", criterion.name)));
     }
     let other = Registry::default().bonds::<elsewhere::Isotropic, _>();
-    all.push(("isotropic from another crate".into(), other, "isotropic", "critical_stretch"));
+    all.push(Case::new("isotropic from another crate", What::Bonds(other, "isotropic", "critical_stretch")));
+    all.push(Case::new("lattice of one level", What::Cells("lsm", 0.0)));
+    all.push(Case::new("lattice of three levels", What::Cells("ohta", 2.0)));
+    all.push(Case::new("frame of a lattice", What::Frames));
     all
 }
 
-/// Runs under valgrind: a stretch of preparation and a stretch of steps for each case.
+/// Runs under valgrind: a stretch of preparation and a stretch of work for each case.
 fn steps() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build().expect("a thread");
     pool.install(|| {
-        for (_, registry, law, criterion) in cases() {
-            let mut world = block(law, criterion).world(&registry);
-            world.step().expect("stable");
+        for case in cases() {
+            let mut work = case.work();
+            work();
             counting_mark();
-            (0..STEPS).for_each(|_| world.step().expect("stable"));
+            (0..STEPS).for_each(|_| work());
             counting_mark();
         }
     });
 }
 
-/// Name and instructions per directed bond and step, or a sentence that says why there are none.
+/// Name and instructions per thing and step, or a sentence that says why there are none.
 fn count() -> Result<Vec<(String, f64)>, String> {
     let folder = std::env::temp_dir().join(format!("fissure-instructions-{}", std::process::id()));
     std::fs::create_dir_all(&folder).map_err(|e| format!("{} cannot be made: {e}", folder.display()))?;
@@ -91,13 +156,14 @@ fn count_in(folder: &Path) -> Result<Vec<(String, f64)>, String> {
         return Err(format!("valgrind failed: {}", String::from_utf8_lossy(&done.stderr)));
     }
     let mut counts = Vec::new();
-    for (k, (name, _, law, criterion)) in cases().into_iter().enumerate() {
+    for (k, case) in cases().into_iter().enumerate() {
         // the dump before every second mark holds the steps
         let path = folder.join(format!("counts.{}", 2 * k + 2));
         let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
         let total = text.lines().find_map(|line| line.strip_prefix("summary: ")?.trim().parse::<u64>().ok());
         let total = total.ok_or_else(|| format!("{} has no summary", path.display()))?;
-        counts.push((name, total as f64 / (STEPS * block(law, criterion).directed()) as f64));
+        let each = total as f64 / (STEPS * case.units()) as f64;
+        counts.push((case.name, each));
     }
     Ok(counts)
 }
@@ -130,7 +196,7 @@ fn compare(counts: &[(String, f64)], kept: &[(String, f64)]) -> (String, Vec<Str
         let change = 100.0 * (now / before - 1.0);
         let _ = writeln!(table, "{name:<36} {now:>8.2} {change:>+7.1} %");
         if now / before > LIMIT {
-            faults.push(format!("{name} takes {now:.2} instructions per directed bond, {change:+.1} % on {before:.2}"));
+            faults.push(format!("{name} takes {now:.2} instructions each, {change:+.1} % on {before:.2}"));
         }
     }
     let of = |name: &str| counts.iter().find(|c| c.0 == name).map(|c| c.1);
@@ -165,7 +231,7 @@ fn main() -> ExitCode {
     };
     if word.as_deref() == Some("accept") {
         let rows: String = counts.iter().map(|(name, n)| format!("{name},{n:.3}\n")).collect();
-        let text = format!("# {}\nlaw,instructions per directed bond and step\n{rows}", compiler());
+        let text = format!("# {}\ncase,instructions per directed bond, cell or vertex\n{rows}", compiler());
         if let Err(e) = std::fs::write(kept_path(), text) {
             eprintln!("error: {} cannot be written: {e}", kept_path().display());
             return ExitCode::from(2);
@@ -175,7 +241,7 @@ fn main() -> ExitCode {
     }
     let (kept, made_by) = parse(&std::fs::read_to_string(kept_path()).unwrap_or_default());
     let (table, faults) = compare(&counts, &kept);
-    println!("instructions per directed bond and step, against those that are kept:\n{table}");
+    println!("instructions per directed bond, cell or vertex, against those that are kept:\n{table}");
     if faults.is_empty() {
         if counts.iter().any(|(name, now)| kept.iter().any(|(k, before)| k == name && now * LIMIT < *before)) {
             println!(

@@ -13,8 +13,10 @@ fn main() {
     let edge: u32 = args.next().and_then(|n| n.parse().ok()).unwrap_or(100);
     let only = args.next().unwrap_or_default();
     println!("threads {}", rayon::current_num_threads());
-    for w in [1.0, 2.0, 3.0] {
-        report(&only, &format!("cube of {edge}, lsm, w = {w}"), 5, || {
+    // small ones long enough to be timed
+    let steps = (2_000_000 / edge.pow(3)).max(5);
+    for w in [1.0, 2.0, 4.0] {
+        report(&only, &format!("cube of {edge}, lsm, w = {w}"), steps, || {
             Cube { edge, method: "lsm", half_width: w, ..Cube::default() }.world()
         });
     }

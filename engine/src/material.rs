@@ -174,6 +174,12 @@ pub trait Material: Send + Sync {
         None
     }
 
+    /// Of each finest cell of a lattice the particle that carries it, counted from the body's first; empty for a material without
+    /// cells.
+    fn carrier(&self) -> &[u32] {
+        &[]
+    }
+
     /// How far a lattice is resolved now; `None` for a material without cells.
     fn nodes(&self) -> Option<NodeCounts> {
         None

@@ -36,8 +36,9 @@ pub struct Cells {
     pub facets: Facets,
     /// Makes them follow the nodes.
     follower: Follower,
-    /// The surface as of the last cut, once it has been asked for; scratch, as are the links.
+    /// The surface and the fragments as of the last cut, once they have been asked for; scratch, as are the links.
     patchwork: Option<Patchwork>,
+    fragments: Option<(Vec<u32>, usize)>,
     links: Vec<(u32, u32)>,
 }
 
@@ -48,7 +49,7 @@ pub(crate) struct Moved<'a> {
     pub positions: &'a [DVec3],
     pub velocities: &'a [DVec3],
     /// Places at rest of the mesh vertices [m].
-    pub rest: &'a dyn Fn(u32) -> DVec3,
+    pub rest: &'a (dyn Fn(u32) -> DVec3 + Sync),
     /// For each mesh vertex the vertex at rest, a tetrahedron or cell that it is a vertex of, and its damage.
     pub origin: &'a [u32],
     pub cell: Vec<u32>,
@@ -120,7 +121,7 @@ impl Embedded {
             Self::Cells(cells) => {
                 let opened = cells.facets.cut(&cells.links);
                 if opened > 0 {
-                    cells.patchwork = None;
+                    (cells.patchwork, cells.fragments) = (None, None);
                 }
                 opened
             }
@@ -135,8 +136,9 @@ impl Embedded {
                 skin.update(&tets.mesh, &tets.particles(body, all));
                 tets.skin = skin;
             }
-            Self::Cells(Cells { facets, follower, patchwork, .. }) => {
+            Self::Cells(Cells { facets, follower, patchwork, fragments, .. }) => {
                 let patchwork = patchwork.get_or_insert_with(|| facets.surface());
+                fragments.get_or_insert_with(|| facets.fragments(follower.cells()));
                 if let Some(pose) = body.material.lattice(&all.of(&body.range)) {
                     follower.follow(facets, patchwork, &pose, body.origin);
                 }
@@ -145,10 +147,12 @@ impl Embedded {
     }
 
     /// The fragment of each tetrahedron or cell, and how many there are.
-    pub fn fragments(&self) -> (Vec<u32>, usize) {
+    pub fn fragments(&self) -> (Cow<'_, [u32]>, usize) {
+        let owned = |(fragment, count): (Vec<u32>, usize)| (fragment.into(), count);
         match self {
-            Self::Tets(tets) => tets.mesh.fragments(),
-            Self::Cells(cells) => cells.facets.fragments(cells.follower.cells()),
+            Self::Tets(tets) => owned(tets.mesh.fragments()),
+            Self::Cells(Cells { fragments: Some((fragment, count)), .. }) => (fragment.into(), *count),
+            Self::Cells(cells) => owned(cells.facets.fragments(cells.follower.cells())),
         }
     }
 
@@ -161,15 +165,15 @@ impl Embedded {
     }
 
     /// The particle of each tetrahedron or finest cell, counted from the body's first.
-    pub(super) fn particles<'a>(&self, body: &'a mut Body, all: &'a All) -> Cow<'a, [u32]> {
+    pub(super) fn particles<'a>(&self, body: &'a Body) -> Cow<'a, [u32]> {
         match self {
             Self::Tets(_) => (0..body.range.len() as u32).collect(),
-            Self::Cells(_) => body.material.lattice(&all.of(&body.range)).map_or(&[][..], |pose| pose.carrier).into(),
+            Self::Cells(_) => body.material.carrier().into(),
         }
     }
 
     /// The surface after [`follow`](Self::follow), put into `with`.
-    pub(super) fn moved<R>(&self, body: &mut Body, all: &All, with: impl FnOnce(Moved<'_>) -> R) -> R {
+    pub(super) fn moved<R>(&self, body: &Body, all: &All, with: impl FnOnce(Moved<'_>) -> R) -> R {
         let damage = &all.damage[body.range.clone()];
         let mean = |around: &mut dyn Iterator<Item = u32>| {
             let (sum, n) = around.fold((0.0, 0), |(sum, n), p| (sum + damage[p as usize], n + 1));
@@ -191,7 +195,7 @@ impl Embedded {
             Self::Cells(Cells { facets, follower, patchwork, .. }) => {
                 let none = Patchwork::default();
                 let patchwork = patchwork.as_ref().unwrap_or(&none);
-                let carrier = body.material.lattice(&all.of(&body.range)).map_or(&[][..], |pose| pose.carrier);
+                let carrier = body.material.carrier();
                 let copies = 0..patchwork.origin.len();
                 let nodes = |v: usize| patchwork.cells_of(v).iter().filter_map(|&c| carrier.get(c as usize).copied());
                 with(Moved {
@@ -208,16 +212,13 @@ impl Embedded {
     }
 
     /// Makes what follows from restored columns; false if those of a lattice tell of other cells than its material.
-    pub(super) fn restored(&mut self, body: &mut Body, all: &All) -> bool {
+    pub(super) fn restored(&mut self, body: &Body, all: &All) -> bool {
         match self {
             Self::Tets(tets) => {
                 tets.rest = rest_positions(body.origin, all.of(&body.range).rest);
                 true
             }
-            Self::Cells(cells) => {
-                let pose = body.material.lattice(&all.of(&body.range));
-                pose.is_some_and(|pose| pose.carrier.len() == cells.follower.cells())
-            }
+            Self::Cells(cells) => body.material.carrier().len() == cells.follower.cells(),
         }
     }
 

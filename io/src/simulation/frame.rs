@@ -16,7 +16,7 @@ impl Simulation {
         let mut frame = Frame { time: self.world.time, number, ..Frame::default() };
         (0..self.meshes.len()).for_each(|k| self.follow(k));
         self.name_pieces();
-        for (k, (body, embedded)) in self.world.bodies.iter_mut().zip(&self.meshes).enumerate() {
+        for (k, (body, embedded)) in self.world.bodies.iter().zip(&self.meshes).enumerate() {
             let piece = self.pieces.of(k);
             embedded.moved(body, &self.world.particles, |moved| {
                 let first = frame.positions.len() as u32;
@@ -29,9 +29,11 @@ impl Simulation {
                     frame.inside.push(inside);
                     frame.piece.push(piece[moved.cell[v] as usize]);
                 }
-                let normals = moved.surface.normals(moved.positions);
+                let (normals, stretches) = rayon::join(
+                    || moved.surface.normals(moved.positions),
+                    || moved.surface.stretches(moved.positions, moved.rest),
+                );
                 frame.normals.extend(normals.iter().map(|n| <[f32; 3]>::from(n.as_vec3())));
-                let stretches = moved.surface.stretches(moved.positions, moved.rest);
                 frame.stretch.extend(stretches.iter().map(|&s| s as f32));
                 frame.triangles.extend(moved.surface.triangles.iter().map(|t| t.map(|v| first + v)));
             });
@@ -46,11 +48,11 @@ impl Simulation {
         let p = &world.particles;
         let mut frame = ParticleFrame { time: world.time, number, ..ParticleFrame::default() };
         frame.piece = vec![0; p.len()];
-        for (k, (body, embedded)) in world.bodies.iter_mut().zip(&*meshes).enumerate() {
+        for (k, (body, embedded)) in world.bodies.iter().zip(&*meshes).enumerate() {
             let start = body.range.start;
             frame.body.extend(body.range.clone().map(|_| k as u32));
             // the lowest cell of a node is the last to be asked
-            for (&i, &piece) in embedded.particles(body, p).iter().zip(pieces.of(k)).rev() {
+            for (&i, &piece) in embedded.particles(body).iter().zip(pieces.of(k)).rev() {
                 frame.piece[start + i as usize] = piece;
             }
         }
@@ -84,10 +86,10 @@ impl Simulation {
     /// Gives ids to fragments that are new since the last frame.
     fn name_pieces(&mut self) {
         let Self { world, meshes, pieces } = self;
-        for (k, (body, embedded)) in world.bodies.iter_mut().zip(&*meshes).enumerate() {
+        for (k, (body, embedded)) in world.bodies.iter().zip(&*meshes).enumerate() {
             let start = body.range.start;
             let mut share = vec![0_u32; body.range.len()];
-            let particles = embedded.particles(body, &world.particles);
+            let particles = embedded.particles(body);
             particles.iter().for_each(|&i| share[i as usize] += 1);
             let mass = |&i: &u32| world.particles.mass[start + i as usize] / f64::from(share[i as usize]);
             let mass: Vec<f64> = particles.iter().map(mass).collect();

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3};
 
 use super::cells::{Finest, NONE};
-use super::matching::{EMPTY, Rows, STRAIGHT, Turn, add, general, goal, lever, moment, rigid, subtract};
+use super::matching::{EMPTY, Found, Rows, STRAIGHT, Turn, add, general, goal, lever, moment, rigid, subtract};
 use super::uniform::{Columns, Step};
 
 /// A box of cells of its own, with what lies around it.
@@ -113,7 +113,7 @@ impl Block {
         s.moments.fill(EMPTY);
         let w = self.half_width as isize;
         for z in self.own_planes.start as isize - 2 * w..self.own_planes.end as isize + w {
-            self.turn_over(z, finest, columns, &x, &mut s.moments);
+            self.turn_over(z, &finest.rest, columns, &x, &mut s.moments);
             self.regions(z - w, &mut s, |entry, rows| each(self.own[entry], rows));
         }
         self.scratch = s;
@@ -121,11 +121,11 @@ impl Block {
 
     /// Lets plane `z` enter the sum over 2w + 1 planes, and the last one leave.
     #[inline(always)]
-    fn turn_over(&self, z: isize, finest: &Finest, columns: &Columns, x: &impl Fn(usize) -> DVec3, sum: &mut [Rows]) {
+    fn turn_over(&self, z: isize, rest: &[Vec3], columns: &Columns, x: &impl Fn(usize) -> DVec3, sum: &mut [Rows]) {
         let w = self.half_width as isize;
         let of = |k: usize| {
             let c = self.cells[k] as usize;
-            moment(columns.weight[c], x(c), lever(finest.place(c)))
+            moment(columns.weight[c], x(c), lever(rest[c].as_dvec3()))
         };
         self.plane(z).for_each(|k| add(&mut sum[self.at[k] as usize], &of(k)));
         self.plane(z - 2 * w - 1).for_each(|k| subtract(&mut sum[self.at[k] as usize], &of(k)));
@@ -172,24 +172,25 @@ impl Block {
         let (mut turns, mut stretch) = (std::mem::take(&mut self.turns), std::mem::take(&mut self.stretch));
         s.moments.fill(EMPTY);
         s.goals.fill(EMPTY);
-        s.ring.fill(EMPTY);
         let (plane, i) = (self.nx * self.ny, self.half_width as isize);
-        let x = |c: usize| step.x[c] - step.origin;
+        let (x, rest) = (|c: usize| step.x[c] - step.origin, &step.finest.rest[..]);
+        let first = self.own_planes.start as isize - i;
         for z in self.own_planes.start as isize - 2 * i..self.own_planes.end as isize + 2 * i {
-            self.turn_over(z, step.finest, columns, &x, &mut s.moments);
+            self.turn_over(z, rest, columns, &x, &mut s.moments);
             let middle = z - i;
-            if middle < self.own_planes.start as isize - i {
+            if middle < first {
                 continue;
             }
             let slot = (middle.rem_euclid(2 * i + 1)) as usize * plane;
             let mut ring = std::mem::take(&mut s.ring);
             let mut sum = std::mem::take(&mut s.goals);
             let kept = &mut ring[slot..slot + plane];
-            for k in self.plane(middle - 2 * i - 1) {
-                let at = self.at[k] as usize;
-                subtract(&mut sum[at], &kept[at]);
-                kept[at] = EMPTY;
+            if middle > first + 2 * i {
+                for k in self.plane(middle - 2 * i - 1) {
+                    subtract(&mut sum[self.at[k] as usize], &kept[self.at[k] as usize]);
+                }
             }
+            self.plane(middle).for_each(|k| kept[self.at[k] as usize] = EMPTY);
             self.match_plane(middle, columns, step, &mut s, kept, (&mut turns, &mut stretch));
             self.plane(middle).for_each(|k| add(&mut sum[self.at[k] as usize], &kept[self.at[k] as usize]));
             (s.ring, s.goals) = (ring, sum);
@@ -197,7 +198,7 @@ impl Block {
             if out >= self.own_planes.start as isize {
                 let Scratch { goals: sum, lines, sum: line, .. } = &mut s;
                 self.cubes_of(out, sum, self.own_rows.clone(), lines, line, |k, rows| {
-                    goals[self.own[k] as usize] = goal(rows, lever(step.finest.place(self.cells[k] as usize)));
+                    goals[self.own[k] as usize] = goal(rows, lever(rest[self.cells[k] as usize].as_dvec3()));
                 });
             }
         }
@@ -216,18 +217,19 @@ impl Block {
         (turned, stretched): (&mut [Turn], &mut [DMat3]),
     ) {
         let (mut entry, mut sums, mut waiting) = ([0; 4], [EMPTY; 4], 0);
-        let mut solve = |entry: [usize; 4], sums: [Rows; 4], count: usize| {
+        let mut solve = |entry: &[usize; 4], sums: &[Rows; 4], count: usize| {
             let cell = entry.map(|k| self.cells[k] as usize);
             let turns = cell.map(|c| step.turns[c]);
             let own = entry.map(|k| self.own[k]);
             let goals = if columns.still.is_empty() {
-                let (goals, turns) = rigid(sums, cell.map(|c| columns.light[c]), turns);
+                let (goals, turns) = rigid(*sums, cell.map(|c| columns.light[c]), turns);
                 let mine = own.iter().zip(turns).take(count).filter(|(own, _)| **own != NONE);
                 mine.for_each(|(&own, turn)| turned[own as usize] = turn);
                 goals
             } else {
                 let (still, shapes) = (cell.map(|c| &columns.still[c]), cell.map(|c| step.shapes.get(c)));
-                let (goals, found) = general(sums, still, turns, shapes, step.settings);
+                let (mut goals, mut found) = ([EMPTY; 4], [Found::default(); 4]);
+                general(*sums, still, turns, shapes, step.settings, &mut goals, &mut found);
                 for (&own, found) in own.iter().zip(found).take(count).filter(|(own, _)| **own != NONE) {
                     (turned[own as usize], stretched[own as usize]) = (found.turn, found.stretch);
                 }
@@ -242,7 +244,7 @@ impl Block {
             (entry[waiting], sums[waiting]) = (k, *rows);
             waiting += 1;
             if waiting == 4 {
-                solve(entry, sums, 4);
+                solve(&entry, &sums, 4);
                 waiting = 0;
             }
         });
@@ -250,7 +252,7 @@ impl Block {
             for l in waiting..4 {
                 (entry[l], sums[l]) = (entry[0], sums[0]);
             }
-            solve(entry, sums, waiting);
+            solve(&entry, &sums, waiting);
         }
     }
 }
@@ -271,24 +273,42 @@ fn along(
     for y in first..wanted.end + w {
         let slot = y % (2 * w + 1) * nx;
         let line = &mut lines[slot..slot + nx];
-        if y > first + 2 * w {
-            sum.iter_mut().zip(&*line).for_each(|(sum, row)| subtract(sum, row));
-        }
+        let leaves = y > first + 2 * w;
         if y < ny {
             let row = &plane[y * nx..(y + 1) * nx];
             let mut running = EMPTY;
             row[..w.min(nx)].iter().for_each(|r| add(&mut running, r));
-            for x in 0..nx {
-                if let Some(enters) = row.get(x + w) {
-                    add(&mut running, enters);
+            let put = |sum: &mut Rows, line: &mut Rows, running: &Rows| {
+                if leaves {
+                    subtract(sum, line);
                 }
-                line[x] = running;
-                if x >= w {
-                    subtract(&mut running, &row[x - w]);
+                add(sum, running);
+                *line = *running;
+            };
+            let edge = |range: Range<usize>, running: &mut Rows, sum: &mut [Rows], line: &mut [Rows]| {
+                for x in range {
+                    if let Some(enters) = row.get(x + w) {
+                        add(running, enters);
+                    }
+                    put(&mut sum[x], &mut line[x], running);
+                    if x >= w {
+                        subtract(running, &row[x - w]);
+                    }
                 }
+            };
+            let [start, end] = if nx > 2 * w { [w, nx - w] } else { [nx; 2] };
+            edge(0..start, &mut running, sum, line);
+            let middle = sum[start..end].iter_mut().zip(&mut line[start..end]);
+            for ((sum, line), (enters, leaves)) in middle.zip(row[(2 * w).min(nx)..].iter().zip(row)) {
+                add(&mut running, enters);
+                put(sum, line, &running);
+                subtract(&mut running, leaves);
             }
-            sum.iter_mut().zip(&*line).for_each(|(sum, row)| add(sum, row));
+            edge(end..nx, &mut running, sum, line);
         } else {
+            if leaves {
+                sum.iter_mut().zip(&*line).for_each(|(sum, row)| subtract(sum, row));
+            }
             line.fill(EMPTY);
         }
         if y >= wanted.start + w {

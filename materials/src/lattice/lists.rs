@@ -69,10 +69,8 @@ impl Lists {
                 let still: [&Still; 4] = at.map(|region| &regions.still[region]);
                 let slot = at.map(|region| regions.slot(region));
                 let (turns, shapes) = (slot.map(|slot| turns[slot]), slot.map(|slot| shapes.get(slot)));
-                let (g, f) = general(sums, still, turns, shapes, settings);
-                let count = (goals.len() - k).min(4);
-                goals[k..k + count].copy_from_slice(&g[..count]);
-                found[k..k + count].copy_from_slice(&f[..count]);
+                let quad = k..(k + 4).min(goals.len());
+                general(sums, still, turns, shapes, settings, &mut goals[quad.clone()], &mut found[quad]);
             }
         });
     }

@@ -118,7 +118,8 @@ pub struct Found {
     pub gradient: DMat3,
 }
 
-/// Matches four regions with all that there may be: β, volume, a plastic rest shape (identity where there is none).
+/// Matches up to four regions with all that there may be: β, volume, a plastic rest shape (identity where there is none). As many as
+/// `goal` and `found` have room for get an answer.
 #[inline]
 pub fn general(
     sums: [Rows; 4],
@@ -126,12 +127,14 @@ pub fn general(
     turns: [Turn; 4],
     plastic: [DMat3; 4],
     settings: &Settings,
-) -> ([Rows; 4], [Found; 4]) {
+    goal: &mut [Rows],
+    found: &mut [Found],
+) {
     let number = |of: fn(&Still) -> f64| f64x4::new(still.map(of));
     let rest = [number(|s| s.centre.x), number(|s| s.centre.y), number(|s| s.centre.z)];
     let (centre, moment) = centred(sums, f64x4::ONE / number(|s| s.mass), &rest);
     let flows = settings.plastic.is_some();
-    let shape = lanes(plastic);
+    let shape = if flows { lanes(plastic) } else { [[f64x4::ZERO; 3]; 3] };
     let a_plastic = if flows { product(&moment, &transposed(&shape)) } else { moment };
     let q = nearest(&a_plastic, guesses(turns));
     let r = matrices(&q);
@@ -140,8 +143,10 @@ pub fn general(
     let mut a = if flows {
         let kept = product(&product(&r, &shape), &lanes(still.map(|s| s.lost)));
         product(&sum(&spread, &kept), &inverted(&shape))
-    } else {
+    } else if still.iter().any(|s| s.flat) {
         sum(&spread, &product(&r, &lanes(still.map(|s| s.lost))))
+    } else {
+        spread
     };
     let stretch = product(&transposed(&r), &a);
     let gradient = if flows { product(&a, &shape) } else { a };
@@ -155,9 +160,11 @@ pub fn general(
     let beta = number(|s| s.beta) * sound;
     let g: Matrices = std::array::from_fn(|i| std::array::from_fn(|j| r[i][j] + beta * (a[i][j] - r[i][j])));
     let g = if flows { product(&g, &shape) } else { g };
-    let (turn, stretch, gradient) = (remembered(q), unlaned(&stretch), unlaned(&gradient));
-    let found = |l: usize| Found { turn: turn[l], stretch: stretch[l], gradient: gradient[l] };
-    (goals(&g, &centre, &rest), std::array::from_fn(found))
+    goal.iter_mut().zip(goals(&g, &centre, &rest)).for_each(|(to, goal)| *to = goal);
+    let turns = found.iter_mut().zip(remembered(q));
+    turns.for_each(|(found, turn)| found.turn = turn);
+    unlane(&stretch, found, |found| &mut found.stretch);
+    unlane(&gradient, found, |found| &mut found.gradient);
 }
 
 /// β counts fully down to this det A, and nothing at 0: at β = 0.9, a body that falls on its side otherwise stays folded into
@@ -171,9 +178,16 @@ fn lanes(m: [DMat3; 4]) -> Matrices {
     std::array::from_fn(|i| std::array::from_fn(|j| at(i, j)))
 }
 
-fn unlaned(m: &Matrices) -> [DMat3; 4] {
-    let m = m.map(|row| row.map(|x| x.to_array()));
-    std::array::from_fn(|l| DMat3::from_cols_array_2d(&std::array::from_fn(|j| std::array::from_fn(|i| m[i][j][l]))))
+/// Puts four matrices where they belong.
+#[inline(always)]
+fn unlane(m: &Matrices, found: &mut [Found], place: impl Fn(&mut Found) -> &mut DMat3) {
+    for j in 0..3 {
+        let columns = f64x4::transpose([m[0][j], m[1][j], m[2][j], f64x4::ZERO]);
+        for (found, column) in found.iter_mut().zip(columns) {
+            let [x, y, z, _] = column.to_array();
+            *place(found).col_mut(j) = DVec3::new(x, y, z);
+        }
+    }
 }
 
 #[inline(always)]

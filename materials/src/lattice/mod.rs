@@ -186,7 +186,7 @@ impl Lattice {
             }
         };
         regions.divide(&total);
-        regions.settle(nodes, settings, unit, fine);
+        regions.settle(nodes, settings, unit, fine, before.map(|(old, ..)| old));
         self.lists.settle(nodes);
         let slots = if settings.per_node() { nodes.len() } else { regions.len() };
         if self.turn.len() != slots {
@@ -392,6 +392,10 @@ impl Material for Lattice {
             deformation: &self.deformation,
             links: &self.finest.links,
         })
+    }
+
+    fn carrier(&self) -> &[u32] {
+        &self.finest.carrier
     }
 
     fn nodes(&self) -> Option<NodeCounts> {

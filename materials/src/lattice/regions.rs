@@ -31,6 +31,8 @@ pub struct Still {
     pub inverse: DMat3,
     /// Onto the axes in which it has none.
     pub lost: DMat3,
+    /// Whether there are such axes.
+    pub flat: bool,
     /// β of Eq. 10.
     pub beta: f64,
 }
@@ -39,7 +41,7 @@ impl Still {
     /// Of a region with this mass [kg], centre [m] and Σ m q qᵀ [kg m²].
     pub fn new(mass: f64, centre: DVec3, spread: DMat3, beta: f64) -> Self {
         let (inverse, lost) = inverse(spread);
-        Self { mass, centre, inverse, lost, beta }
+        Self { mass, centre, inverse, lost, flat: lost != DMat3::ZERO, beta }
     }
 }
 
@@ -57,6 +59,10 @@ pub struct Regions {
     pub still: Vec<Still>,
     /// Which cluster, for methods with regions that belong to no node; else empty.
     pub key: Vec<u64>,
+    /// The region before that each is, of the same nodes, or [`NONE`]; empty where none is known.
+    from: Vec<u32>,
+    /// Σ_R m_iR of each node [kg].
+    total: Vec<f64>,
     /// Regions of each node.
     pub node_offsets: Vec<u32>,
     pub region: Vec<u32>,
@@ -102,6 +108,7 @@ impl Regions {
         self.node.clear();
         self.inside.clear();
         self.key.clear();
+        self.from.clear();
     }
 
     fn push(&mut self, home: u32, row: impl Iterator<Item = (u32, f64)>) {
@@ -145,8 +152,12 @@ impl Regions {
                 (region, Some((old, _, now))) if region != NONE => {
                     let row = old.row(region as usize);
                     self.push(home, row.map(|k| (now[old.node[k] as usize], old.inside[k])));
+                    self.from.push(region);
                 }
-                _ => self.push(home, found.next().expect("one for each").into_iter()),
+                _ => {
+                    self.push(home, found.next().expect("one for each").into_iter());
+                    self.from.push(NONE);
+                }
             }
         }
     }
@@ -228,15 +239,28 @@ impl Regions {
                 *to += 1;
             }
         }
+        self.total.clear();
+        self.total.extend(total);
+    }
+
+    /// The region of `before` that this one is, with the same shares.
+    fn kept(&self, region: usize, before: Option<&Self>) -> Option<usize> {
+        let (old, from) = (before?, *self.from.get(region).filter(|&&from| from != NONE)? as usize);
+        let mut nodes = old.node[old.row(from)].iter().zip(&self.node[self.row(region)]);
+        nodes.all(|(&then, &now)| old.total[then as usize] == self.total[now as usize]).then_some(from)
     }
 
     /// What follows from shares and rest positions; `unit` is the mass [kg] of a full finest cell, `fine` the
-    /// [spread](fine_spread) of the region of each cell in the uniform lattice.
-    pub fn settle(&mut self, nodes: &Nodes, settings: &Settings, unit: f64, fine: &[f64]) {
+    /// [spread](fine_spread) of the region of each cell in the uniform lattice. `before` are the regions that some of these were.
+    pub fn settle(&mut self, nodes: &Nodes, settings: &Settings, unit: f64, fine: &[f64], before: Option<&Self>) {
         let mut still = std::mem::take(&mut self.still);
         still.clear();
         still.resize(self.len(), Still::default());
         still.par_iter_mut().enumerate().with_min_len(512).for_each(|(region, still)| {
+            if let Some(from) = self.kept(region, before) {
+                *still = before.expect("it is of these").still[from];
+                return;
+            }
             let first = nodes.rest[self.node[self.row(region).start] as usize];
             let (mut mass, mut moment) = (0.0, DVec3::ZERO);
             for (i, share) in self.members(region) {

@@ -12,34 +12,38 @@
 //! A coarse node counts as eight points, half as far apart, which move with the motion fitted to it and its linked
 //! neighbours: with one point its surroundings would be smoothed over twice the distance, and the surface would jump by as
 //! much when nodes merge or split.
+//!
+//! Where the points of a vertex fill space, the fit is a sum over them with weights that know rest positions alone. Those are
+//! kept from frame to frame (12 bytes for each of its 30 to 80 points), and found anew near nodes and links that have
+//! changed: a frame then costs a fifteenth of fitting them all.
 
-use std::ops::Range;
+mod nodes;
+mod rows;
 
 use fissure_engine::buffer::Buffer;
 use fissure_engine::column::{Column, Of, Visitor};
 use fissure_engine::lattice::{Cells, LatticePose, morton};
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
 
+use self::nodes::Nodes;
+use self::rows::Rows;
 use super::{Facets, Patchwork};
-use crate::skin::fit::Moments;
-use crate::skin::rotation::nearest_rotation;
 
 const NONE: u32 = u32::MAX;
-/// Width of the splines over that of cells. Narrower ones find too few nodes where these lie irregularly.
-const WIDTH: f64 = 1.5;
-/// What a vertex's own node weighs more, for one that lies far from all.
-const LEAST: f64 = 1e-9;
 
 /// What is to be known of the cells to make a surface follow them.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Follower {
     /// Index of every cell.
     index: Buffer<[u32; 3]>,
     /// Edge of the cells [m].
     size: Buffer<f64>,
-    /// The cells across the first 13 neighbour bits, or [`NONE`]; made when first needed.
-    back: Vec<[u32; 13]>,
+    /// The cells across the neighbour bits, or [`NONE`]; made when first needed.
+    beside: Vec<[u32; 26]>,
+    /// The nodes and weights of the last call; they follow from what it was given.
+    nodes: Nodes,
+    rows: Rows,
     positions: Vec<DVec3>,
     velocities: Vec<DVec3>,
 }
@@ -55,89 +59,20 @@ impl Follower {
     }
 
     /// Computes positions and velocities of all copies of `patchwork`. `origin` [m] is the origin of the rest positions of
-    /// `pose`. The same bits on any number of threads.
+    /// `pose`. The same bits on any number of threads, and whatever was followed before.
     pub fn follow(&mut self, facets: &Facets, patchwork: &Patchwork, pose: &LatticePose, origin: DVec3) {
         self.know_neighbours();
-        let nodes = self.sizes(pose);
-        let finest = self.size[0];
-        let (offsets, adjacent) = self.adjacent(pose, nodes.len());
-        let next = |k: u32| &adjacent[offsets[k as usize] as usize..offsets[k as usize + 1] as usize];
-
-        // the nodes that count for each cell at the surface: those that reach the box around its vertices
-        let mut row = vec![NONE; self.cells()];
-        let (mut surface, mut boxes) = (Vec::new(), Vec::new());
-        for v in 0..patchwork.origin.len() {
-            let x = facets.rest_position(patchwork.origin[v]) - origin;
-            for &c in patchwork.cells_of(v) {
-                if row[c as usize] == NONE {
-                    row[c as usize] = surface.len() as u32;
-                    surface.push(c);
-                    boxes.push((x, x));
-                }
-                let around = &mut boxes[row[c as usize] as usize];
-                *around = (around.0.min(x), around.1.max(x));
-            }
-        }
-        let near: Vec<(Vec<u32>, DQuat)> = surface
-            .par_iter()
-            .zip(&boxes)
-            .map_init(
-                || vec![NONE; nodes.len()],
-                |seen, (&c, &(low, high))| {
-                    let counts = |k: u32| {
-                        let (x, reach) = (pose.rest[k as usize], 1.5 * WIDTH * nodes[k as usize]);
-                        (low - x).max(x - high).max_element() < reach
-                    };
-                    let own = pose.carrier[c as usize];
-                    seen[own as usize] = c;
-                    let mut found = vec![own];
-                    let mut at = 0;
-                    while at < found.len() {
-                        for &k in next(found[at]) {
-                            if seen[k as usize] != c && counts(k) {
-                                seen[k as usize] = c;
-                                found.push(k);
-                            }
-                        }
-                        at += 1;
-                    }
-                    found.sort_unstable();
-                    (found, nearest_rotation(pose.deformation[own as usize], DQuat::IDENTITY))
-                },
-            )
-            .collect();
-
-        let points = points(pose, &nodes, finest, &next);
-        let follow = |counted: &mut Vec<(u32, f64)>, v: usize| {
-            let rest = facets.rest_position(patchwork.origin[v]) - origin;
-            let cells = patchwork.cells_of(v);
-            let own = pose.carrier[cells[0] as usize];
-            let of_cell = |c: u32| &near[row[c as usize] as usize];
-            counted.clear();
-            for &k in cells.iter().flat_map(|&c| &of_cell(c).0) {
-                for point in points.of(k) {
-                    let along = ((rest - points.at[point as usize][0]) / (WIDTH * points.apart[k as usize])).to_array();
-                    let along = along.map(spline);
-                    let weight = along[0] * along[1] * along[2] + if k == own { LEAST } else { 0.0 };
-                    if weight > 0.0 {
-                        counted.push((point, weight));
-                    }
-                }
-            }
-            if cells.len() > 1 {
-                counted.sort_unstable_by_key(|c| c.0);
-                counted.dedup_by_key(|c| c.0);
-            }
-            let state = |point: u32| points.at[point as usize];
-            let about = state(points.of(own).start);
-            let moments = Moments::of(counted.iter().map(|&(point, weight)| (weight, state(point))), about);
-            let fit = moments.fit((points.apart[own as usize] / 4.0).powi(2), of_cell(cells[0]).1);
-            moments.moved(&fit, rest)
+        let changed = !self.nodes.are_of(pose);
+        let before = if changed {
+            let nodes = Nodes::new(pose, &self.index, &self.beside, self.size[0]);
+            std::mem::replace(&mut self.nodes, nodes)
+        } else {
+            Nodes::default()
         };
-        (0..patchwork.origin.len())
-            .into_par_iter()
-            .map_init(Vec::new, follow)
-            .unzip_into_vecs(&mut self.positions, &mut self.velocities);
+        let now = if changed { Some(self.nodes.since(&before)) } else { None };
+        self.rows.renew(facets, patchwork, origin, &self.nodes, now.as_ref());
+        self.nodes.pose(pose);
+        self.rows.sum(facets, patchwork, origin, &self.nodes, pose, [&mut self.positions, &mut self.velocities]);
     }
 
     /// Positions of the copies at the last call of [`follow`](Self::follow) [m].
@@ -151,7 +86,7 @@ impl Follower {
     }
 
     fn know_neighbours(&mut self) {
-        if self.back.len() == self.index.len() {
+        if self.beside.len() == self.index.len() {
             return;
         }
         let keys: Vec<u64> = self.index.iter().map(|&i| morton(i)).collect();
@@ -159,44 +94,8 @@ impl Follower {
             let to = Cells::across(index, bit)?;
             keys.binary_search(&morton(to)).ok().map(|k| k as u32)
         };
-        self.back =
+        self.beside =
             self.index.par_iter().map(|&index| std::array::from_fn(|bit| across(index, bit).unwrap_or(NONE))).collect();
-    }
-
-    /// Edge of the cube of cells that each node carries [m].
-    fn sizes(&self, pose: &LatticePose) -> Vec<f64> {
-        let mut boxes = vec![([u32::MAX; 3], [0u32; 3]); pose.rest.len()];
-        for (cell, &k) in pose.carrier.iter().enumerate() {
-            let (index, known) = (self.index[cell], &mut boxes[k as usize]);
-            for axis in 0..3 {
-                known.0[axis] = known.0[axis].min(index[axis]);
-                known.1[axis] = known.1[axis].max(index[axis]);
-            }
-        }
-        let longest =
-            |(low, high): ([u32; 3], [u32; 3])| (0..3).map(|i| high[i].saturating_sub(low[i]) + 1).max().unwrap_or(1);
-        boxes.into_iter().map(|b| f64::from(longest(b)) * self.size[0]).collect()
-    }
-
-    /// Which nodes links lead to from each, as offsets and numbers.
-    fn adjacent(&self, pose: &LatticePose, nodes: usize) -> (Vec<u32>, Vec<u32>) {
-        let of_cell = |cell: usize| {
-            let from = pose.carrier[cell];
-            (0..13).filter(move |&bit| pose.links[cell] >> bit & 1 == 1).filter_map(move |bit| {
-                let to = self.back[cell][bit];
-                (to != NONE && pose.carrier[to as usize] != from).then(|| (from, pose.carrier[to as usize]))
-            })
-        };
-        let mut pairs: Vec<(u32, u32)> = (0..self.cells())
-            .into_par_iter()
-            .flat_map_iter(|cell| of_cell(cell).flat_map(|(a, b)| [(a, b), (b, a)]))
-            .collect();
-        pairs.par_sort_unstable();
-        pairs.dedup();
-        let mut offsets = vec![0u32; nodes + 1];
-        pairs.iter().for_each(|&(a, _)| offsets[a as usize + 1] += 1);
-        (0..nodes).for_each(|k| offsets[k + 1] += offsets[k]);
-        (offsets, pairs.into_iter().map(|(_, b)| b).collect())
     }
 
     /// Whether this follows so many cells: what a restored file may get wrong.
@@ -208,62 +107,5 @@ impl Follower {
     pub fn visit(&mut self, scope: &str, v: &mut Visitor) {
         v(scope, &Column::frozen("cell_index", "1", Of::Thing), &mut self.index);
         v(scope, &Column::frozen("cell_size", "m", Of::Thing), &mut self.size);
-    }
-}
-
-/// The points that nodes count as.
-struct Points {
-    /// Rest position, position and velocity of each.
-    at: Vec<[DVec3; 3]>,
-    /// Where those of each node begin, and where the last ones end.
-    offsets: Vec<u32>,
-    /// How far those of each node are apart [m].
-    apart: Vec<f64>,
-}
-
-impl Points {
-    fn of(&self, node: u32) -> Range<u32> {
-        self.offsets[node as usize]..self.offsets[node as usize + 1]
-    }
-}
-
-/// One point for each of the `finest` nodes, eight for each larger one; `next` are the nodes linked to each.
-fn points<'a>(pose: &LatticePose, sizes: &[f64], finest: f64, next: &(impl Fn(u32) -> &'a [u32] + Sync)) -> Points {
-    let state = |k: usize| [pose.rest[k], pose.position[k], pose.velocity[k]];
-    let of_node = |k: usize| {
-        if sizes[k] < 1.5 * finest {
-            return vec![state(k)];
-        }
-        let turned = nearest_rotation(pose.deformation[k], DQuat::IDENTITY);
-        let all = std::iter::once(k).chain(next(k as u32).iter().map(|&k| k as usize));
-        let moments = Moments::of(all.map(|k| (sizes[k].powi(3), state(k))), state(k));
-        let fit = moments.fit((sizes[k] / 4.0).powi(2), turned);
-        let corner = |c: u32| {
-            let side = |bit: u32| if c >> bit & 1 == 1 { 0.25 } else { -0.25 };
-            let arm = DVec3::new(side(0), side(1), side(2)) * sizes[k];
-            [pose.rest[k] + arm, pose.position[k] + fit.gradient * arm, pose.velocity[k] + fit.rate * arm]
-        };
-        (0..8).map(corner).collect()
-    };
-    let each: Vec<Vec<[DVec3; 3]>> = (0..sizes.len()).into_par_iter().map(of_node).collect();
-    let mut offsets = vec![0];
-    offsets.extend(each.iter().scan(0, |end, points| {
-        *end += points.len() as u32;
-        Some(*end)
-    }));
-    let apart =
-        sizes.iter().zip(&each).map(|(size, points)| if points.len() > 1 { size / 2.0 } else { *size }).collect();
-    Points { at: each.into_iter().flatten().collect(), offsets, apart }
-}
-
-/// The quadratic B-spline: those at whole numbers add up to 1 everywhere.
-fn spline(t: f64) -> f64 {
-    let t = t.abs();
-    if t < 0.5 {
-        0.75 - t * t
-    } else if t < 1.5 {
-        0.5 * (1.5 - t) * (1.5 - t)
-    } else {
-        0.0
     }
 }

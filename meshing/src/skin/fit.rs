@@ -112,9 +112,8 @@ impl Moments {
     pub(crate) fn fit(&self, own: f64, old: DQuat) -> Fit {
         let scale = if self.weight > 0.0 { 1.0 / self.weight } else { 0.0 };
         let (spread, moved, moving) = (self.spread * scale, self.moved * scale, self.moving * scale);
-        let trace = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
+        let (trace, filled) = filling(spread);
         let ridge = RIDGE * (trace + own);
-        let filled = (27.0 * spread.determinant() / trace.powi(3).max(f64::MIN_POSITIVE) / FILLED).clamp(0.0, 1.0);
         let mut rotation = old;
         for _ in 0..if filled < 1.0 { 3 } else { 1 } {
             // Again from the result: each time, the last rotation pulls on what is known by TIE times less.
@@ -132,13 +131,73 @@ impl Moments {
         }
         let limit = STRETCH.0 + (STRETCH.1 - STRETCH.0) * filled;
         let strain = gradient - r;
-        let size = strain.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
+        let size =
+            (strain.x_axis.length_squared() + strain.y_axis.length_squared() + strain.z_axis.length_squared()).sqrt();
         if size > limit {
             gradient = r + strain * (limit / size);
             rate *= limit / size;
         }
         Fit { rotation, gradient, rate }
     }
+}
+
+/// Rest positions alone: weight, mean and second central moments of weighted particles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    weight: f64,
+    mean: DVec3,
+    /// Σ w (X − X̄)(X − X̄)ᵀ
+    spread: DMat3,
+}
+
+impl Spread {
+    /// Of weighted rest positions, all near `origin`.
+    pub(crate) fn of(particles: impl Iterator<Item = (f64, DVec3)>, origin: DVec3) -> Self {
+        let (mut weight, mut sum, mut spread) = (0.0, DVec3::ZERO, DMat3::ZERO);
+        for (w, x) in particles {
+            let arm = x - origin;
+            let weighted = arm * w;
+            weight += w;
+            sum += weighted;
+            spread += outer(arm, weighted);
+        }
+        let mean = sum / weight;
+        Self { weight, mean: origin + mean, spread: spread - outer(sum, mean) }
+    }
+
+    /// P with which the fit of particles in something of squared size `own` [m²] is F = R + (A − R Q) P; `None` where they fill so
+    /// little space that the result also depends on R, how they have turned. That goes with 1 − Q P, where space is filled 4e-8 at
+    /// the most.
+    fn pull(&self, own: f64) -> Option<DMat3> {
+        let spread = self.spread * (1.0 / self.weight);
+        let (trace, filled) = filling(spread);
+        let inverse = (spread + DMat3::from_diagonal(DVec3::splat(RIDGE * (trace + own)))).inverse();
+        if filled < 1.0 || !inverse.is_finite() {
+            return None;
+        }
+        let step = |pull: DMat3| pull + inverse * (DMat3::IDENTITY - spread * pull);
+        Some((0..ITERATIONS).fold(DMat3::ZERO, |pull, _| step(pull)))
+    }
+
+    /// Which share a particle of weight w at rest at X has in the position and velocity that [`Moments::moved`] gives to what
+    /// rests at `rest`, where particles fill space.
+    pub(crate) fn shares(&self, own: f64, rest: DVec3) -> Option<impl Fn(f64, DVec3) -> f64> {
+        let Self { weight, mean, .. } = *self;
+        let lever = self.pull(own)? * (rest - mean);
+        Some(move |w: f64, x: DVec3| w / weight * (1.0 + lever.dot(x - mean)))
+    }
+
+    /// The vector l of such a particle with which the gradient of [`Moments::fit`] is Σ y lᵀ, and its rate Σ v lᵀ.
+    pub(crate) fn levers(&self, own: f64) -> Option<impl Fn(f64, DVec3) -> DVec3> {
+        let (Self { weight, mean, .. }, pull) = (*self, self.pull(own)?);
+        Some(move |w: f64, x: DVec3| pull * (x - mean) * (w / weight))
+    }
+}
+
+/// The trace of a spread, and how well it fills space: 1 from [`FILLED`] on.
+fn filling(spread: DMat3) -> (f64, f64) {
+    let trace = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
+    (trace, (27.0 * spread.determinant() / trace.powi(3).max(f64::MIN_POSITIVE) / FILLED).clamp(0.0, 1.0))
 }
 
 /// What [`Moments::fit`] finds.
