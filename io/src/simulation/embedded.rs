@@ -35,7 +35,7 @@ pub struct Cells {
     /// All faces.
     pub facets: Facets,
     /// Makes them follow the nodes.
-    follower: Follower,
+    follower: Box<Follower>,
     /// The surface and the fragments as of the last cut, once they have been asked for; scratch, as are the links.
     patchwork: Option<Patchwork>,
     fragments: Option<(Vec<u32>, usize)>,
@@ -79,7 +79,7 @@ impl Tets {
 impl Cells {
     /// The surface of a fresh lattice.
     pub(super) fn new(lattice: Lattice) -> Self {
-        Self { facets: lattice.facets, follower: lattice.follower, ..Self::default() }
+        Self { facets: lattice.facets, follower: Box::new(lattice.follower), ..Self::default() }
     }
 }
 
