@@ -64,7 +64,8 @@ impl Scratch {
             who.extend(balls.start as u32..balls.end as u32);
         });
         let full = who.len().next_multiple_of(WIDE);
-        place.iter_mut().for_each(|p| p.resize(full, f32::INFINITY));
+        // not a number: near nobody, also where a damaged file gives somebody an infinite reach
+        place.iter_mut().for_each(|p| p.resize(full, f32::NAN));
         place[3][who.len()..].fill(0.0);
         who.resize(full, NONE);
     }
