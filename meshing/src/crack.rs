@@ -11,10 +11,12 @@
 //! no vertex either.
 
 mod split;
+mod stars;
 mod surface;
 
 use split::Scratch;
 pub use split::Split;
+pub use stars::Stars;
 pub(crate) use surface::shaded;
 pub use surface::{Smoothing, Surface};
 
@@ -85,7 +87,7 @@ impl CrackMesh {
             }
         }
         let neighbours = mesh.neighbours().map_err(CrackError::CrowdedFace)?;
-        let (offsets, around) = around(mesh);
+        let (offsets, around) = Stars::of(vertices, &mesh.tets).into_rows();
         let mut crack = Self {
             rest_vertices: mesh.vertices.clone().into(),
             rest_tets: mesh.tets.clone().into(),
@@ -125,7 +127,7 @@ impl CrackMesh {
         (b - a).dot((c - a).cross(d - a)) / 6.0
     }
 
-    /// The tetrahedra of current vertex `v`, ascending.
+    /// The tetrahedra of current vertex `v`, ascending; [`Stars`] give those of all vertices in less time.
     pub fn tets_around(&self, v: u32) -> impl Iterator<Item = u32> + Clone {
         let origin = self.origin[v as usize] as usize;
         let star = &self.around[self.around_offsets[origin] as usize..self.around_offsets[origin + 1] as usize];
@@ -210,25 +212,6 @@ impl CrackMesh {
         v(scope, &Column::live("origin", "1", Of::Vertex), &mut self.origin);
         v(scope, &Column::live("face_status", "1", Of::Thing), &mut self.status);
     }
-}
-
-/// CSR from vertices to tetrahedra, ascending.
-fn around(mesh: &TetMesh) -> (Vec<u32>, Vec<u32>) {
-    let mut offsets = vec![0u32; mesh.vertices.len() + 1];
-    for &v in mesh.tets.iter().flatten() {
-        offsets[v as usize + 1] += 1;
-    }
-    for v in 0..mesh.vertices.len() {
-        offsets[v + 1] += offsets[v];
-    }
-    let (mut next, mut around) = (offsets.clone(), vec![0; 4 * mesh.tets.len()]);
-    for (t, tet) in mesh.tets.iter().enumerate() {
-        for &v in tet {
-            around[next[v as usize] as usize] = t as u32;
-            next[v as usize] += 1;
-        }
-    }
-    (offsets, around)
 }
 
 #[cfg(test)]

@@ -19,7 +19,7 @@ use fissure_engine::column::{Column, Of, Visitor};
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 
-use crate::crack::CrackMesh;
+use crate::crack::{CrackMesh, Stars};
 use fit::Moments;
 
 /// How vertices follow particles.
@@ -63,6 +63,7 @@ pub struct Skin {
     rotation: Buffer<[f32; 4]>,
     /// As written: vertex minus mean of its particles [m].
     offset: Buffer<DVec3>,
+    stars: Stars,
     positions: Vec<DVec3>,
     velocities: Vec<DVec3>,
     moments: Vec<Moments>,
@@ -85,7 +86,8 @@ impl Skin {
             Follow::AsWritten => {
                 let particles = Particles { rest, position: rest, velocity: rest, mass };
                 let vertices = 0..crack.origin().len() as u32;
-                let offset = |v| crack.rest_position(v) - mean(crack, &particles, v, rest);
+                let stars = Stars::of(vertices.len(), crack.tets());
+                let offset = |v| crack.rest_position(v) - mean(stars.around(v), &particles, rest);
                 skin.offset.set(vertices.into_par_iter().map(offset).collect());
             }
         }
@@ -108,10 +110,10 @@ impl Skin {
         offset.resize(crack.origin().len(), DVec3::ZERO);
         for split in crack.splits() {
             let group = || std::iter::once(split.vertex).chain(split.first..split.first + split.count);
-            let before = weighted(group().flat_map(|v| crack.tets_around(v)), particles, y);
-            let x = offset[split.vertex as usize] + before;
+            let star = |v| crack.tets_around(v).collect::<Vec<_>>();
+            let x = offset[split.vertex as usize] + mean(&group().flat_map(star).collect::<Vec<_>>(), particles, y);
             for v in group() {
-                offset[v as usize] = x - mean(crack, particles, v, y);
+                offset[v as usize] = x - mean(&star(v), particles, y);
             }
         }
     }
@@ -122,40 +124,40 @@ impl Skin {
     /// # Panics
     /// If there are fewer particles than tetrahedra, or [`Skin::split`] was left out after a cut.
     pub fn update(&mut self, crack: &CrackMesh, particles: &Particles) {
+        self.stars.fill(crack.origin().len(), crack.tets());
         let vertices = (0..crack.origin().len() as u32).into_par_iter();
         if self.follow == Follow::AsWritten {
-            let offset = &self.offset;
+            let (offset, stars) = (&self.offset, &self.stars);
             assert_eq!(offset.len(), crack.origin().len(), "Skin::split must follow each cut");
-            vertices
-                .clone()
-                .map(|v| offset[v as usize] + mean(crack, particles, v, particles.position))
-                .collect_into_vec(&mut self.positions);
-            vertices.map(|v| mean(crack, particles, v, particles.velocity)).collect_into_vec(&mut self.velocities);
+            let follow = |v| {
+                let of = |values| mean(stars.around(v), particles, values);
+                (offset[v as usize] + of(particles.position), of(particles.velocity))
+            };
+            vertices.map(follow).unzip_into_vecs(&mut self.positions, &mut self.velocities);
             return;
         }
         self.fit(crack, particles);
-        let motions = &self.motions;
-        let follow = |v: u32, still: DVec3, of: &[DVec3], by: fn(&Motion) -> DMat3| {
+        let (motions, stars) = (&self.motions, &self.stars);
+        let follow = |v: u32| {
             let rest = crack.rest_position(v);
-            let (mut weight, mut sum) = (0.0, DVec3::ZERO);
-            for t in crack.tets_around(v) {
-                let (m, arm) = (particles.weight(t), rest - particles.rest[t as usize]);
+            let (mut weight, mut position, mut velocity) = (0.0, DVec3::ZERO, DVec3::ZERO);
+            for &t in stars.around(v) {
+                let (p, motion) = (t as usize, &motions[t as usize]);
+                let (m, arm) = (particles.weight(t), rest - particles.rest[p]);
                 weight += m;
-                sum += (of[t as usize] + by(&motions[t as usize]) * arm) * m;
+                position += (particles.position[p] + motion.gradient * arm) * m;
+                velocity += (particles.velocity[p] + motion.rate * arm) * m;
             }
-            if weight > 0.0 { sum / weight } else { still }
+            if weight > 0.0 { (position / weight, velocity / weight) } else { (rest, DVec3::ZERO) }
         };
-        vertices
-            .clone()
-            .map(|v| follow(v, crack.rest_position(v), particles.position, |m| m.gradient))
-            .collect_into_vec(&mut self.positions);
-        vertices.map(|v| follow(v, DVec3::ZERO, particles.velocity, |m| m.rate)).collect_into_vec(&mut self.velocities);
+        vertices.map(follow).unzip_into_vecs(&mut self.positions, &mut self.velocities);
     }
 
     /// Fits the motion around each tetrahedron and remembers its rotation.
     fn fit(&mut self, crack: &CrackMesh, particles: &Particles) {
+        let stars = &self.stars;
         let around = |v: u32| {
-            Moments::join(crack.tets_around(v).map(|t| {
+            Moments::join(stars.around(v).iter().map(|&t| {
                 let p = t as usize;
                 Moments::one(particles.weight(t), particles.rest[p], particles.position[p], particles.velocity[p])
             }))
@@ -177,6 +179,11 @@ impl Skin {
                 Motion { gradient: fit.gradient, rate: fit.rate }
             })
             .collect_into_vec(&mut self.motions);
+    }
+
+    /// The tetrahedra of each vertex at the last update.
+    pub fn stars(&self) -> &Stars {
+        &self.stars
     }
 
     /// Positions of the current vertices at the last update [m].
@@ -206,14 +213,10 @@ impl Skin {
     }
 }
 
-/// Mass-weighted mean of a quantity over the particles of vertex `v`: Eqs. 20 and 21, where the ¼ cancels.
-fn mean(crack: &CrackMesh, particles: &Particles, v: u32, of: &[DVec3]) -> DVec3 {
-    weighted(crack.tets_around(v), particles, of)
-}
-
-fn weighted(tets: impl Iterator<Item = u32>, particles: &Particles, of: &[DVec3]) -> DVec3 {
+/// Mass-weighted mean of a quantity over the particles of a vertex: Eqs. 20 and 21, where the ¼ cancels.
+fn mean(star: &[u32], particles: &Particles, of: &[DVec3]) -> DVec3 {
     let (mut weight, mut sum) = (0.0, DVec3::ZERO);
-    for t in tets {
+    for &t in star {
         let m = particles.weight(t);
         weight += m;
         sum += of[t as usize] * m;

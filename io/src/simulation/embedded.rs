@@ -7,6 +7,7 @@ use fissure_meshing::crack::{CrackMesh, Surface};
 use fissure_meshing::lattice::{Facets, Follower, Lattice, Patchwork};
 use fissure_meshing::skin::{Follow, Particles, Skin};
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 /// What a body looks like.
 pub enum Embedded {
@@ -175,21 +176,18 @@ impl Embedded {
     /// The surface after [`follow`](Self::follow), put into `with`.
     pub(super) fn moved<R>(&self, body: &Body, all: &All, with: impl FnOnce(Moved<'_>) -> R) -> R {
         let damage = &all.damage[body.range.clone()];
-        let mean = |around: &mut dyn Iterator<Item = u32>| {
-            let (sum, n) = around.fold((0.0, 0), |(sum, n), p| (sum + damage[p as usize], n + 1));
-            sum / n.max(1) as f32
-        };
         match self {
             Self::Tets(Tets { mesh, skin, .. }) => {
-                let vertices = 0..mesh.origin().len() as u32;
+                let vertices = (0..mesh.origin().len() as u32).into_par_iter();
+                let star = |v| skin.stars().around(v).iter().copied();
                 with(Moved {
                     surface: &mesh.surface(),
                     positions: skin.positions(),
                     velocities: skin.velocities(),
                     rest: &|v| mesh.rest_position(v),
                     origin: mesh.origin(),
-                    cell: vertices.clone().map(|v| mesh.tets_around(v).last().unwrap_or(0)).collect(),
-                    damage: vertices.map(|v| mean(&mut mesh.tets_around(v))).collect(),
+                    cell: vertices.clone().map(|v| star(v).next_back().unwrap_or(0)).collect(),
+                    damage: vertices.map(|v| mean(star(v), damage)).collect(),
                 })
             }
             Self::Cells(Cells { facets, follower, patchwork, .. }) => {
@@ -205,7 +203,7 @@ impl Embedded {
                     rest: &|v| facets.rest_position(patchwork.origin[v as usize]),
                     origin: &patchwork.origin,
                     cell: copies.clone().map(|v| patchwork.cells_of(v)[0]).collect(),
-                    damage: copies.map(|v| mean(&mut nodes(v))).collect(),
+                    damage: copies.map(|v| mean(nodes(v), damage)).collect(),
                 })
             }
         }
@@ -248,6 +246,11 @@ impl Embedded {
             }
         }
     }
+}
+
+fn mean(of: impl Iterator<Item = u32>, values: &[f32]) -> f32 {
+    let (sum, n) = of.fold((0.0, 0), |(sum, n), p| (sum + values[p as usize], n + 1));
+    sum / n.max(1) as f32
 }
 
 pub(super) fn rest_positions(origin: DVec3, rest: &[Vec3]) -> Vec<DVec3> {

@@ -14,7 +14,6 @@ use super::rotation::nearest_rotation;
 
 /// ε relative to the squared size of the surroundings.
 const RIDGE: f64 = 1e-3;
-const ITERATIONS: usize = 8;
 /// Weight of the last rotation, relative to the squared size: it decides only what the particles leave open, such as
 /// the twist of two of them about their axis.
 const TIE: f64 = 1e-5;
@@ -120,15 +119,10 @@ impl Moments {
             rotation = nearest_rotation(moved + DMat3::from_quat(rotation) * (TIE * (trace + own)), rotation);
         }
         let r = DMat3::from_quat(rotation);
-        let inverse = (spread + DMat3::from_diagonal(DVec3::splat(ridge))).inverse();
-        if !inverse.is_finite() || !moved.is_finite() {
+        let Some(pull) = pull(spread, ridge).filter(|_| moved.is_finite()) else {
             return Fit { rotation, gradient: r, rate: DMat3::ZERO };
-        }
-        let (mut gradient, mut rate) = (r, DMat3::ZERO);
-        for _ in 0..ITERATIONS {
-            gradient += (moved - gradient * spread) * inverse;
-            rate += (moving - rate * spread) * inverse;
-        }
+        };
+        let (mut gradient, mut rate) = (r + (moved - r * spread) * pull, moving * pull);
         let limit = STRETCH.0 + (STRETCH.1 - STRETCH.0) * filled;
         let strain = gradient - r;
         let size =
@@ -171,12 +165,7 @@ impl Spread {
     fn pull(&self, own: f64) -> Option<DMat3> {
         let spread = self.spread * (1.0 / self.weight);
         let (trace, filled) = filling(spread);
-        let inverse = (spread + DMat3::from_diagonal(DVec3::splat(RIDGE * (trace + own)))).inverse();
-        if filled < 1.0 || !inverse.is_finite() {
-            return None;
-        }
-        let step = |pull: DMat3| pull + inverse * (DMat3::IDENTITY - spread * pull);
-        Some((0..ITERATIONS).fold(DMat3::ZERO, |pull, _| step(pull)))
+        if filled < 1.0 { None } else { pull(spread, RIDGE * (trace + own)) }
     }
 
     /// Which share a particle of weight w at rest at X has in the position and velocity that [`Moments::moved`] gives to what
@@ -192,6 +181,16 @@ impl Spread {
         let (Self { weight, mean, .. }, pull) = (*self, self.pull(own)?);
         Some(move |w: f64, x: DVec3| pull * (x - mean) * (w / weight))
     }
+}
+
+/// P of F = R + (A − R Q) P: eight of the steps at the head of this file at once, for the spread Q and the ridge ε. A step leaves the
+/// share X = ε (Q + ε)⁻¹ of the error, and 1 + X + … + X⁷ = (1 + X)(1 + X²)(1 + X⁴). `None` for what is not finite.
+fn pull(spread: DMat3, ridge: f64) -> Option<DMat3> {
+    let inverse = (spread + DMat3::from_diagonal(DVec3::splat(ridge))).inverse();
+    let once = inverse * ridge;
+    let twice = once * once;
+    let grow = |sum: DMat3, by: DMat3| sum + sum * by;
+    Some(grow(grow(grow(inverse, once), twice), twice * twice)).filter(|pull| pull.is_finite())
 }
 
 /// The trace of a spread, and how well it fills space: 1 from [`FILLED`] on.
