@@ -23,7 +23,7 @@ pub struct Tets {
     /// The tetrahedra, in the order of the body's particles.
     pub mesh: CrackMesh,
     /// Where its vertices are.
-    pub skin: Skin,
+    pub skin: Box<Skin>,
     /// Rest positions of the particles in the world [m].
     rest: Vec<DVec3>,
     /// The last cuts as pairs; scratch.
@@ -62,13 +62,13 @@ impl Tets {
     pub(super) fn new(mesh: CrackMesh, follow: Follow, world: &Body, all: &All) -> Self {
         let p = all.of(&world.range);
         let rest = rest_positions(world.origin, p.rest);
-        let skin = Skin::new(follow, &mesh, &rest, p.mass);
+        let skin = Box::new(Skin::new(follow, &mesh, &rest, p.mass));
         Self { mesh, skin, rest, links: Vec::new() }
     }
 
     /// To be filled from a checkpoint.
     pub(super) fn empty(follow: Follow) -> Self {
-        Self { skin: Skin::new(follow, &CrackMesh::default(), &[], &[]), ..Self::default() }
+        Self { skin: Box::new(Skin::new(follow, &CrackMesh::default(), &[], &[])), ..Self::default() }
     }
 
     fn particles<'a>(&'a self, body: &Body, all: &'a All) -> Particles<'a> {
