@@ -22,19 +22,24 @@ fn fall(lattice: Lattice<'_>, steps: usize) -> World {
 pub fn contact(c: &mut Criterion) {
     let mut group = group(c, "contact");
     let whole = Lattice::default();
-    let brittle = Lattice { edge: 40, critical_stretch: 0.02, ..whole };
+    let brittle = Lattice { edge: 40, critical_stretch: 0.004, ..whole };
     for (name, lattice, steps) in [("intact", whole, 10), ("shattered", brittle, 300)] {
-        let mut world = None;
+        let mut fallen = None;
         let per = Per { unit: "particle", count: lattice.particles() };
         measure(&mut group, &format!("contact {name}"), per, || {
-            let world = world.get_or_insert_with(|| fall(lattice, steps));
+            let (world, _) = fallen.get_or_insert_with(|| {
+                let world = fall(lattice, steps);
+                let profile = world.profile;
+                (world, profile)
+            });
             let before = world.profile;
             world.step().expect("stable");
             (world.profile.spent(Phase::Contact) - before.spent(Phase::Contact), None)
         });
-        if let Some(world) = world {
-            let (contact, (bonds, broken)) = (world.profile.spent(Phase::Contact), world.bond_counts());
-            let share = 100.0 * contact.as_secs_f64() / (world.profile.total() - contact).as_secs_f64();
+        if let Some((world, before)) = fallen {
+            let contact = world.profile.spent(Phase::Contact) - before.spent(Phase::Contact);
+            let rest = world.profile.total() - before.total() - contact;
+            let (share, (bonds, broken)) = (100.0 * contact.as_secs_f64() / rest.as_secs_f64(), world.bond_counts());
             println!(
                 "{name}: {broken} of {bonds} bonds broken, {} of {} particles exposed, {} builds in {} steps; contact adds \
                  {share:.1} % to a step",
