@@ -82,8 +82,19 @@ fn figure_15_the_pressed_wall_is_cracked_and_one_piece() {
         cracks.len(),
         cracks[0].len()
     );
-    // measured 10183 of 10215 and up to 4; at 30_000 tetrahedra 27837 of 28038 and up to 5, 164 of them
+    // measured 10200 of 10215 and up to 2
     // one piece, and splinters of a few tetrahedra that the cracks have chipped off
     assert!(pieces[0] as f64 > 0.985 * particles as f64 && pieces[1] <= 12, "{pieces:?}");
     assert!(reach > 0.22 && cracks[0].len() * 10 < 3 * particles, "{reach} m, {} of {particles}", cracks[0].len());
+}
+
+#[test]
+#[ignore = "30 000 tetrahedra for 4 ms, a minute"]
+fn figure_15_as_it_is_stays_one_piece_to_its_end() {
+    let mut s = build("fig15_pressed", &[]);
+    run(&mut s, 0.004);
+    let (pieces, particles) = (fragments(&s), s.world.particles.len());
+    println!("pieces {:?}", &pieces[..pieces.len().min(5)]);
+    // measured 27881 of 28038; with a ball of 5 m/s instead of 4, 19320: the upper third parts in the last half millisecond
+    assert!(pieces[0] as f64 > 0.985 * particles as f64 && pieces[1] <= 12, "{pieces:?}");
 }
