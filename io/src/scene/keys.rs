@@ -2,7 +2,7 @@
 //!
 //! The reader takes checks, defaults and the words of its messages from here, so a key cannot be read without being
 //! documented. Help texts and a JSON schema can be made from the same table. In a path, `NAME` stands for a name that
-//! the scene chooses and `N` for a place in a list of tables, counted from 1.
+//! the scene chooses and `N` for a place in a list of tables, counted from 1 (overrides take its name as well).
 
 mod body;
 mod contact;

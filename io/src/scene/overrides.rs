@@ -35,6 +35,7 @@ pub(super) fn apply(
             .iter()
             .map(|key| key.get().to_owned())
             .collect();
+        let path = numbered(path, old);
         let is_text = resolve(&path, old).map_err(wrong)?;
         let value = match raw.trim().parse::<TomlValue>() {
             Ok(value) if value.is_str() || !is_text => value,
@@ -51,6 +52,39 @@ pub(super) fn apply(
     Ok((text, tree))
 }
 
+/// `path` with numbers, counted from 1, for the names of listed tables: `collider.ball.density` is `collider.1.density`.
+fn numbered(mut path: Vec<String>, old: &Item) -> Vec<String> {
+    let mut item = Some(old);
+    for part in &mut path {
+        if part.parse::<usize>().is_err()
+            && let Some(Node::List(list)) = item.map(|item| &item.node)
+        {
+            let called = |item: &Item| matches!(item.child("name").map(|name| &name.node), Some(Node::Text(name)) if name == part);
+            if let Some(n) = list.iter().position(called) {
+                *part = (n + 1).to_string();
+            }
+        }
+        item = item.and_then(|item| item.child(part));
+    }
+    path
+}
+
+/// The path of a table in the documentation: `NAME` for bodies, `N` for listed tables.
+fn documented(path: &[String]) -> String {
+    path.iter().fold(String::new(), |above, part| below(&above, part))
+}
+
+/// The documented path of `part` in the table at the documented path `above`.
+fn below(above: &str, part: &str) -> String {
+    let child = match above {
+        "" => return part.to_owned(),
+        "body" => "NAME",
+        _ if keys::keys().iter().any(|key| key.path == above && key.kind == KeyKind::Tables) => "N",
+        _ => part,
+    };
+    format!("{above}.{child}")
+}
+
 /// Checks that `path` is one that scenes have and that its body or list element exists; tells whether it takes text.
 fn resolve(path: &[String], old: &Item) -> Result<bool, String> {
     let mut documented = String::new();
@@ -59,33 +93,31 @@ fn resolve(path: &[String], old: &Item) -> Result<bool, String> {
     for (k, part) in path.iter().enumerate() {
         let inner = item.and_then(|item| item.child(part));
         let kind = keys::keys().iter().find(|key| key.path == documented).map(|key| key.kind);
-        let child = if documented == "body" {
+        if documented == "body" {
             if inner.is_none() {
                 let table = item.and_then(Item::as_table);
                 let bodies: Vec<&str> = table.iter().flat_map(|t| &t.0).map(|(name, _)| name.as_str()).collect();
                 return Err(format!("no body is called `{part}`{}", hint(part, &bodies)));
             }
-            "NAME"
         } else if kind == Some(KeyKind::Tables) {
             if inner.is_none() || part.parse::<usize>().is_err() {
                 let count = match item.map(|item| &item.node) {
                     Some(Node::List(list)) => list.len(),
                     _ => 0,
                 };
-                return Err(format!("`{part}` is no number of one of the {count} tables [[{title}]], counted from 1"));
+                return Err(format!(
+                    "`{part}` is neither a name nor a number of one of the {count} tables [[{title}]], counted from 1"
+                ));
             }
-            "N"
         } else if FREE.contains(&documented.as_str()) && k + 1 == path.len() {
             let key = keys::key(&documented, part);
             return Ok(key.is_some_and(|key| key.kind == KeyKind::Text));
-        } else if keys::key(&documented, part).is_some() {
-            part
-        } else {
+        } else if keys::key(&documented, part).is_none() {
             let title = if k == 0 { title } else { format!("[{title}]") };
             return Err(reader::unknown(part, &title, &documented));
-        };
-        let joined = |left: &str, right: &str| if k == 0 { right.to_owned() } else { format!("{left}.{right}") };
-        (documented, title) = (joined(&documented, child), joined(&title, part));
+        }
+        documented = below(&documented, part);
+        title = if k == 0 { part.clone() } else { format!("{title}.{part}") };
         item = inner;
     }
     let kind = keys::keys().iter().find(|key| key.path == documented).map(|key| key.kind);
@@ -144,16 +176,7 @@ fn put(
 
 /// The keys that `key` excludes in the table at `path`.
 fn rivals(path: &[String], key: &str) -> impl Iterator<Item = &'static str> {
-    let documented: Vec<&str> = path
-        .iter()
-        .enumerate()
-        .map(|(k, part)| match k {
-            1 if path[0] == "body" => "NAME",
-            _ if k > 0 && matches!(path[k - 1].as_str(), "anchor" | "cut" | "region" | "pair" | "compare") => "N",
-            _ => part,
-        })
-        .collect();
-    let documented = documented.join(".");
+    let documented = documented(path);
     let groups = RIVALS.iter().filter(move |(table, _)| *table == documented);
     let key = key.to_owned();
     let mine = key.clone();

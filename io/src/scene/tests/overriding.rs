@@ -78,6 +78,23 @@ fn a_key_replaces_the_one_that_it_excludes() {
 }
 
 #[test]
+fn listed_tables_answer_to_their_names() {
+    let text = format!(
+        "{FULL}\n[[collider]]\nname = 'bullet'\nshape = {{ kind = 'ball', radius = 0.1 }}\nmotion = 'free'\ndensity = 8000\n\
+         [[collider]]\nname = '1'\nshape = {{ kind = 'ball', radius = 0.1 }}\n"
+    );
+    let before = with(&text, &[]).unwrap().colliders.len();
+    let scene = with(&text, &["collider.bullet.mass=2", "collider.bullet.shape.radius=0.25"]).unwrap();
+    let numbered =
+        with(&text, &[&format!("collider.{}.mass=2", before - 1), "collider.bullet.shape.radius=0.25"]).unwrap();
+    assert_eq!(scene.text(), numbered.text());
+    assert!(scene.text().contains("radius = 0.25") && !scene.text().contains("8000"), "a mass replaces the density");
+    let one = with(&text, &["collider.1.friction=0.75"]).unwrap();
+    let friction: Vec<f64> = one.colliders.iter().map(|collider| collider.friction).collect();
+    assert_eq!(friction[before - 2..], [0.75, 0.5], "a number goes before a name");
+}
+
+#[test]
 fn bad_overrides_are_refused_as_in_the_file() {
     assert_eq!(
         refused(&["body.second.densty=3"]),
@@ -97,11 +114,11 @@ fn bad_overrides_are_refused_as_in_the_file() {
     );
     assert_eq!(
         refused(&["anchor.4.from=1"]),
-        "--set anchor.4.from=1: `4` is no number of one of the 3 tables [[anchor]], counted from 1"
+        "--set anchor.4.from=1: `4` is neither a name nor a number of one of the 3 tables [[anchor]], counted from 1"
     );
     assert_eq!(
         refused(&["body.a.cut.1.triangle=1"]),
-        "--set body.a.cut.1.triangle=1: `1` is no number of one of the 0 tables [[body.a.cut]], counted from 1"
+        "--set body.a.cut.1.triangle=1: `1` is neither a name nor a number of one of the 0 tables [[body.a.cut]], counted from 1"
     );
     assert_eq!(refused(&["anchor.1=5"]), "--set anchor.1=5: `anchor.1` is a whole table; set one of its keys");
     assert_eq!(refused(&["density"]), "--set density: an override is key.path=value, for instance duration=0.5");
