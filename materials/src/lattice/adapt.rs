@@ -6,9 +6,9 @@
 //! What spin is lost or made by that is given back to the whole piece as a rotation; it is a tiny one, for a piece is much
 //! larger than a node.
 //!
-//! Siblings are the nodes in one octree cell; a part of them that is connected merges alone, so one cell may hold several
-//! nodes, and all of that part must be of one level, calm, and held by the same anchors. A piece keeps at least
-//! [`LEAST`] nodes, for a point knows no rotation.
+//! Siblings are the nodes in one octree cell. A part of them that is connected, and held by the same anchors, merges alone, so one
+//! cell may hold several nodes; all of that part must be of one level and calm. A piece keeps at least [`LEAST`] nodes, for a
+//! point knows no rotation.
 
 use fissure_engine::{Descent, Present, Renewal};
 use glam::{DMat3, DVec3};
@@ -29,18 +29,36 @@ pub(super) struct Search {
     round: u32,
     /// The groups found last.
     found: Vec<u32>,
+    families: Families,
+}
+
+/// Nodes that merge as soon as all of them are calm: connected siblings of one level, held by the same anchors. Known until
+/// nodes, links or anchors change, so that a calm step looks at nodes alone.
+#[derive(Debug, Default)]
+struct Families {
+    known: bool,
+    fence: Vec<u64>,
+    members: Vec<u32>,
+    /// End of each family among the members.
+    ends: Vec<u32>,
 }
 
 /// Groups as a search sees them.
-struct View<'a, O, C, F> {
+struct View<'a, O, C, S, F> {
     finest: &'a Finest,
-    /// Group of a cell, cells of a group, whether a group may merge.
+    /// Group of a cell, cells of a group, whether the same anchors hold a group, whether it may merge.
     of: O,
     cells: C,
+    same: S,
     fits: F,
 }
 
 impl Search {
+    /// Forgets the families: nodes or links have changed.
+    pub(super) fn forget(&mut self) {
+        self.families.known = false;
+    }
+
     /// Forgets what was visited, of so many groups.
     fn begin(&mut self, groups: usize) {
         self.round += 1;
@@ -48,34 +66,34 @@ impl Search {
     }
 
     /// Finds the groups that are connected with `start` within its octree cell of `level`; whether all of them may merge.
-    fn siblings<'a, O, C, F>(&mut self, start: u32, level: u32, view: &View<'a, O, C, F>) -> bool
+    fn siblings<'a, O, C, S, F>(&mut self, start: u32, level: u32, view: &View<'a, O, C, S, F>) -> bool
     where
         O: Fn(usize) -> u32,
         C: Fn(u32) -> &'a [u32],
+        S: Fn(u32) -> bool,
         F: Fn(u32) -> bool,
     {
         self.found.clear();
         self.found.push(start);
         self.seen[start as usize] = self.round;
         let block = view.finest.block((view.cells)(start)[0] as usize, level);
-        let mut k = 0;
+        let (mut all, mut k) = (true, 0);
         while k < self.found.len() {
             for &cell in (view.cells)(self.found[k]) {
                 for (_, other) in view.finest.linked(cell as usize) {
                     let group = (view.of)(other);
-                    if self.seen[group as usize] == self.round || view.finest.block(other, level) != block {
+                    let seen = self.seen[group as usize] == self.round;
+                    if seen || view.finest.block(other, level) != block || !(view.same)(group) {
                         continue;
                     }
-                    if !(view.fits)(group) {
-                        return false;
-                    }
+                    all &= (view.fits)(group);
                     self.seen[group as usize] = self.round;
                     self.found.push(group);
                 }
             }
             k += 1;
         }
-        true
+        all
     }
 }
 
@@ -133,7 +151,7 @@ impl Lattice {
     pub(super) fn renew(&mut self, now: &Present<'_>, next: &mut Renewal) -> bool {
         let Some(groups) = self.regroup(now.fence) else { return false };
         if groups.iter().any(|g| !g.whole) {
-            self.gather(now.particles.position); // where nodes are now
+            self.gather(now.particles.position, true); // where nodes are now
         }
         let mut new = self.states(&groups, now);
         self.give_back_spin(&groups, now, &mut new);
@@ -146,6 +164,7 @@ impl Lattice {
         }
         self.nodes.level.set(groups.iter().map(|g| g.level).collect());
         self.nodes.derive(&self.finest);
+        self.search.forget();
         self.derived.set_pieces(pieces, self.derived.pieces);
         self.strain.clear();
         self.strain.extend(groups.iter().map(|g| g.strain));
@@ -186,13 +205,7 @@ impl Lattice {
         self.strain.get(node).map_or(0.0, |&s| f64::from(s))
     }
 
-    /// Whether a node may be merged with its siblings.
-    fn calm(&self, node: usize) -> bool {
-        let top = self.derived.top[self.nodes.cells(node)[0] as usize];
-        self.nodes.level[node] < top && self.is_calm(self.strain_of(node))
-    }
-
-    /// Whether nodes so stretched merge; fresh ones do always.
+    /// Whether siblings so stretched merge; fresh ones do always.
     fn is_calm(&self, strain: f64) -> bool {
         self.strain.is_empty() || strain < self.settings.merge_below
     }
@@ -203,30 +216,55 @@ impl Lattice {
 
     /// Whether anything would change; looks at nodes and allocates nothing.
     fn stirs(&mut self, fence: &[u64]) -> bool {
-        let n = self.nodes.len();
-        if (0..n).any(|k| self.must_split(k)) {
+        if (0..self.nodes.len()).any(|k| self.must_split(k)) {
             return true;
         }
+        if self.settings.merge_below < 0.0 && !self.strain.is_empty() {
+            return false;
+        }
+        self.find_families(fence);
+        let Families { members, ends, .. } = &self.search.families;
+        let mut start = 0;
+        ends.iter().any(|&end| {
+            let family = &members[std::mem::replace(&mut start, end as usize)..end as usize];
+            family.iter().all(|&k| self.is_calm(self.strain_of(k as usize)))
+                && self.leaves_enough(family[0], family.len())
+        })
+    }
+
+    fn find_families(&mut self, fence: &[u64]) {
+        if self.search.families.known && self.search.families.fence == fence {
+            return;
+        }
         let mut search = std::mem::take(&mut self.search);
-        let stirs = (0..n).any(|k| {
-            self.calm(k) && {
-                let level = self.nodes.level[k];
-                let view = View {
-                    finest: &self.finest,
-                    of: |cell| self.finest.carrier[cell],
-                    cells: |k| self.nodes.cells(k as usize),
-                    fits: |j| {
-                        let j = j as usize;
-                        self.nodes.level[j] == level && fence[j] == fence[k] && self.calm(j)
-                    },
-                };
-                search.begin(n);
-                search.siblings(k as u32, u32::from(level) + 1, &view)
-                    && self.leaves_enough(k as u32, search.found.len())
+        let mut families = std::mem::take(&mut search.families);
+        families.members.clear();
+        families.ends.clear();
+        families.fence.clear();
+        families.fence.extend(fence);
+        let level = |k: u32| u32::from(self.nodes.level[k as usize]);
+        let may = |k: u32| level(k) < u32::from(self.derived.top[self.nodes.cells(k as usize)[0] as usize]);
+        search.begin(self.nodes.len());
+        for start in 0..self.nodes.len() as u32 {
+            // those seen are of a family that was found already, or was found to be none
+            if search.seen[start as usize] == search.round || !may(start) {
+                continue;
             }
-        });
+            let view = View {
+                finest: &self.finest,
+                of: |cell| self.finest.carrier[cell],
+                cells: |k| self.nodes.cells(k as usize),
+                same: |k| fence[k as usize] == fence[start as usize],
+                fits: |k| level(k) == level(start),
+            };
+            if search.siblings(start, level(start) + 1, &view) {
+                families.members.extend(&search.found);
+                families.ends.push(families.members.len() as u32);
+            }
+        }
+        families.known = true;
+        search.families = families;
         self.search = search;
-        stirs
     }
 
     /// Whether the piece of a node keeps enough when so many of its nodes become one.
@@ -307,17 +345,16 @@ impl Lattice {
         let mut search = std::mem::take(&mut self.search);
         let mut changed = false;
         for start in 0..groups.len() {
-            let fits = |g: &Option<Group>, fence: u64| {
+            let fits = |g: &Option<Group>| {
                 g.as_ref().is_some_and(|g| {
                     u32::from(g.level) == level
                         && g.whole
-                        && g.fence == fence
                         && self.is_calm(f64::from(g.strain))
                         && level < u32::from(self.derived.top[g.cells[0] as usize])
                 })
             };
             let Some(fence) = groups[start].as_ref().map(|g| g.fence) else { continue };
-            if !fits(&groups[start], fence) {
+            if !fits(&groups[start]) {
                 continue;
             }
             search.begin(groups.len());
@@ -325,7 +362,8 @@ impl Lattice {
                 finest: &self.finest,
                 of: |cell| of[cell],
                 cells: |k: u32| groups[k as usize].as_ref().map_or(&[][..], |g| &g.cells),
-                fits: |k: u32| fits(&groups[k as usize], fence),
+                same: |k: u32| groups[k as usize].as_ref().is_some_and(|g| g.fence == fence),
+                fits: |k: u32| fits(&groups[k as usize]),
             };
             if !search.siblings(start as u32, level + 1, &view) {
                 continue;

@@ -82,20 +82,15 @@ impl Finest {
         self.by_bits(cell, self.links[cell])
     }
 
-    /// Those across bits of `mask`.
-    #[inline(always)]
-    pub fn linked_by(&self, cell: usize, mask: u32) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.by_bits(cell, self.links[cell] & mask)
-    }
-
     /// The cells that `cell` was linked to when it was fresh.
     #[inline(always)]
     pub fn once_linked(&self, cell: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.by_bits(cell, self.built[cell])
     }
 
+    /// Those across `bits`, of links that were built.
     #[inline(always)]
-    fn by_bits(&self, cell: usize, mut bits: u32) -> impl Iterator<Item = (usize, usize)> + '_ {
+    pub fn by_bits(&self, cell: usize, mut bits: u32) -> impl Iterator<Item = (usize, usize)> + '_ {
         std::iter::from_fn(move || {
             (bits != 0).then(|| {
                 let bit = bits.trailing_zeros() as usize;
