@@ -244,12 +244,12 @@ impl Lattice {
         families.fence.extend(fence);
         let level = |k: u32| u32::from(self.nodes.level[k as usize]);
         let may = |k: u32| level(k) < u32::from(self.derived.top[self.nodes.cells(k as usize)[0] as usize]);
-        search.begin(self.nodes.len());
+        let mut done = vec![false; self.nodes.len()];
         for start in 0..self.nodes.len() as u32 {
-            // those seen are of a family that was found already, or was found to be none
-            if search.seen[start as usize] == search.round || !may(start) {
+            if done[start as usize] || !may(start) {
                 continue;
             }
+            search.begin(done.len());
             let view = View {
                 finest: &self.finest,
                 of: |cell| self.finest.carrier[cell],
@@ -257,7 +257,10 @@ impl Lattice {
                 same: |k| fence[k as usize] == fence[start as usize],
                 fits: |k| level(k) == level(start),
             };
-            if search.siblings(start, level(start) + 1, &view) {
+            let all = search.siblings(start, level(start) + 1, &view);
+            // finer ones may be a family of their own
+            search.found.iter().filter(|&&k| level(k) == level(start)).for_each(|&k| done[k as usize] = true);
+            if all {
                 families.members.extend(&search.found);
                 families.ends.push(families.members.len() as u32);
             }

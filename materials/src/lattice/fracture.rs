@@ -79,7 +79,11 @@ impl Lattice {
         ends.sort_unstable();
         ends.dedup();
         self.nodes.derive_links(&self.finest);
-        self.find_pieces();
+        let apart = |cut: &Link| !self.meet(cut.i as usize, cut.j as usize);
+        match cuts[first..].iter().any(apart) {
+            true => self.find_pieces(),
+            false => self.derived.version += 1,
+        }
         self.search.forget();
         let before = std::mem::take(&mut self.derived.regions);
         if self.settings.per_node() {
@@ -98,6 +102,11 @@ impl Lattice {
             self.inherit(before);
         }
         damage.copy_from_slice(&self.nodes.damage);
+    }
+
+    /// Whether a third cell is linked to both of two neighbours, so that they are of one piece for certain.
+    fn meet(&self, a: usize, b: usize) -> bool {
+        self.finest.linked(a).any(|(_, c)| self.finest.linked(b).any(|(_, d)| c == d))
     }
 
     /// Clusters anew: each remembers what the one of the same place did that its first node was in.
