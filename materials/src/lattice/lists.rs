@@ -93,19 +93,4 @@ impl Lists {
     pub fn gradient(&self, node: usize, regions: &Regions) -> DMat3 {
         regions.of(node).fold(DMat3::ZERO, |sum, (region, share)| sum + self.found[region].gradient * share)
     }
-
-    /// The gradient over rest positions of something that nodes have, by least squares in each region of `node`; 0 along axes
-    /// in which a region has no extent.
-    pub fn gradient_of(&self, of: &[DVec3], node: usize, nodes: &Nodes, regions: &Regions) -> DMat3 {
-        let mut mean = DMat3::ZERO;
-        for (region, share) in regions.of(node) {
-            let (still, mut mixed) = (&regions.still[region], DMat3::ZERO);
-            for (i, own) in regions.members(region) {
-                let (v, q) = ((of[i] - of[node]) * (own * nodes.mass[i]), nodes.rest[i] - still.centre);
-                mixed += DMat3::from_cols(v * q.x, v * q.y, v * q.z);
-            }
-            mean += mixed * still.inverse * share;
-        }
-        mean
-    }
 }
