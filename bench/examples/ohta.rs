@@ -20,6 +20,8 @@ type Outcome<T> = Result<T, Box<dyn Error>>;
 
 /// Runs of which the least time of each step is taken.
 const RUNS: usize = 3;
+/// Steps in which the figure hangs whole: after the first, which builds, and before it is stretched.
+const CALM: std::ops::Range<usize> = 2..12;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -32,16 +34,18 @@ fn simulation(name: &str, sets: &[&str]) -> Outcome<Simulation> {
     Ok(Simulation::build(&scene, &fissure_materials::registry(), &mut |_| ())?)
 }
 
-/// Milliseconds and nodes of each step of the figure that hangs by its head.
-fn hung(sets: &[&str], steps: usize) -> Outcome<Vec<[f64; 2]>> {
-    let mut least = vec![[f64::INFINITY, 0.0]; steps];
+/// Milliseconds and nodes of each step of the figure that hangs by its head, for each of some settings in turn.
+fn hung<const N: usize>(settings: [&[&str]; N], steps: usize) -> Outcome<[Vec<[f64; 2]>; N]> {
+    let mut least: [_; N] = std::array::from_fn(|_| vec![[f64::INFINITY, 0.0]; steps]);
     for _ in 0..RUNS {
-        let mut simulation = simulation("hung", sets)?;
-        for [time, nodes] in &mut least {
-            let start = Instant::now();
-            simulation.step()?;
-            *time = time.min(start.elapsed().as_secs_f64() * 1e3);
-            *nodes = simulation.world.particles.len() as f64;
+        for (sets, least) in settings.iter().zip(&mut least) {
+            let mut simulation = simulation("hung", sets)?;
+            for [time, nodes] in least {
+                let start = Instant::now();
+                simulation.step()?;
+                *time = time.min(start.elapsed().as_secs_f64() * 1e3);
+                *nodes = simulation.world.particles.len() as f64;
+            }
         }
     }
     Ok(least)
@@ -95,9 +99,12 @@ fn curve(name: &str, colour: usize, rows: &[[f64; 2]], which: usize) -> Curve {
 }
 
 fn main() -> Outcome<()> {
-    let merging = hung(&["body.figure.material.merge=yes"], 120)?;
-    let keeping = hung(&["body.figure.material.merge=no"], 120)?;
-    let uniform = hung(&["body.figure.material.method=lsm"], 120)?;
+    let [uniform, keeping, merging] = hung(
+        [&["body.figure.material.method=lsm"], &["body.figure.material.merge=no"], &["body.figure.material.merge=yes"]],
+        240,
+    )?;
+    let fine = "body.figure.cells=18000";
+    let large = hung([&[fine, "body.figure.material.method=lsm"], &[fine, "body.figure.material.levels=3"]], CALM.end)?;
     let apart = dropped(&["steinemann", "ohta"], 500)?;
     let panel = |title: &str, y: &str, curves| Panel {
         title: title.into(),
@@ -146,12 +153,23 @@ fn main() -> Outcome<()> {
     let mean = |rows: &[[f64; 2]], which: usize, from: usize| {
         rows[from..].iter().map(|row| row[which]).sum::<f64>() / (rows.len() - from) as f64
     };
+    let calm = |rows: &[[f64; 2]]| mean(&rows[..CALM.end], 0, CALM.start);
+    for (uniform, adaptive) in [(&uniform, &merging), (&large[0], &large[1])] {
+        println!(
+            "before the tear: uniform {:.0} nodes, {:.4} ms a step; adaptive {:.0} nodes, {:.4} ms; {:.1} times",
+            uniform[CALM.start][1],
+            calm(uniform),
+            adaptive[CALM.start][1],
+            calm(adaptive),
+            calm(uniform) / calm(adaptive)
+        );
+    }
     for (name, rows) in [("uniform", &uniform), ("without merging", &keeping), ("with merging", &merging)] {
         println!(
             "{name}: {:.3} ms a step, {:.3} in the last quarter with {:.0} nodes",
             mean(rows, 0, 1),
-            mean(rows, 0, 90),
-            mean(rows, 1, 90)
+            mean(rows, 0, 180),
+            mean(rows, 1, 180)
         );
     }
     for (name, rows) in [("without β", &apart[0]), ("with β", &apart[1])] {

@@ -64,14 +64,14 @@ fn a_sphere_breaks_into_closed_halves_raw_fitted_and_noisy() {
     // both halves show the disc that was between them, once each
     let discs = 2.0 * std::f64::consts::PI * 0.5 * 0.5;
     for kind in ["fitted", "noisy"] {
-        assert!((1.0..3.5).contains(&(found[kind].0 / discs)), "{kind}: {:?}", found[kind]); // measured 2.6 and 1.9
+        assert!((1.0..3.5).contains(&(found[kind].0 / discs)), "{kind}: {:?}", found[kind]); // measured 2.5 and 2.3
     }
     assert!(found["raw"].0 > found["fitted"].0, "bricks end beyond the surface");
 }
 
 #[test]
 fn a_figure_that_hangs_by_its_head_tears_and_the_rest_falls() {
-    let mut simulation = build("lattice/hung", &["body.figure.cells=700"]);
+    let mut simulation = build("lattice/hung", &["body.figure.cells=700", "body.figure.material.stiffness=0.5"]);
     let cells = nodes(&simulation, 0);
     let (mut least, mut last) = (cells, 0);
     for k in 1..=12 {
@@ -83,7 +83,7 @@ fn a_figure_that_hangs_by_its_head_tears_and_the_rest_falls() {
         last = pieces(&frame);
     }
     println!("{cells} cells, {least} nodes at the least, {last} pieces");
-    assert!(10 * least < 7 * cells, "{least} nodes of {cells} cells"); // measured 401 of 678
+    assert!(4 * least < cells, "{least} nodes of {cells} cells"); // measured 143 of 678
     assert!(last >= 2, "nothing tore");
     let p = &simulation.world.particles;
     let lowest = p.position.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
@@ -93,15 +93,17 @@ fn a_figure_that_hangs_by_its_head_tears_and_the_rest_falls() {
 #[test]
 fn a_dropped_glob_stays_whole_and_its_surface_never_jumps() {
     let mut simulation = build("lattice/dropped", &["body.glob.cells=600"]);
-    let (mut before, mut levels, mut changes) = (simulation.frame(0), nodes(&simulation, 0), 0);
+    let carrier = |s: &Simulation| s.world.bodies[0].material.carrier().to_vec();
+    let (mut before, mut levels, mut changes) = (simulation.frame(0), carrier(&simulation), 0);
     // the largest jump in steps without a change of level, and with one
     let mut worst = [0.0f64; 2];
     while simulation.world.time < 1.2 {
         simulation.step().unwrap();
         let frame = simulation.frame(0);
         assert_eq!(pieces(&frame), 1);
-        let changed = nodes(&simulation, 0) != levels;
-        levels = nodes(&simulation, 0);
+        let now = carrier(&simulation);
+        let changed = now != levels;
+        levels = now;
         changes += usize::from(changed);
         // how far a vertex is from where its velocity takes it, in steps of the fastest
         let dt = simulation.world.dt;
@@ -116,8 +118,8 @@ fn a_dropped_glob_stays_whole_and_its_surface_never_jumps() {
     }
     println!("{changes} changes of level, largest jump {worst:.3?} of the fastest speed");
     assert!(changes > 10, "{changes} times nodes split or merged"); // measured 38
-    // measured 0 and 0.77; 1.53 when a coarse node counted as one point
-    assert!(worst[0] < 1e-3 && worst[1] < 0.8, "the surface jumps: {worst:?}");
+    // measured 0 and 0.35; 0.85 when split cells went where the regions of their node put them
+    assert!(worst[0] < 1e-3 && worst[1] < 0.4, "the surface jumps: {worst:?}");
     let middle: DVec3 =
         simulation.world.particles.position.iter().sum::<DVec3>() / simulation.world.particles.len() as f64;
     assert!(middle.y > 0.1 && middle.y < 0.8, "{middle}");
@@ -136,7 +138,7 @@ fn nodes_merge_again_after_a_tear() {
     println!("nodes {counts:?}, {} pieces", pieces(&frame));
     let most = *counts.iter().max().unwrap();
     assert!(pieces(&frame) >= 2, "nothing tore");
-    assert!(4 * counts[39] < 3 * most, "{} nodes at the end, {most} at the most", counts[39]); // measured 542 of 1147
+    assert!(4 * counts[39] < 3 * most, "{} nodes at the end, {most} at the most", counts[39]); // measured 432 of 1093
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{DMat3, DVec3, Vec3};
 
 use super::cells::{Finest, NONE};
-use super::matching::{EMPTY, Found, Rows, STRAIGHT, Turn, add, general, goal, lever, moment, rigid, subtract};
+use super::matching::{EMPTY, Found, Rows, STRAIGHT, Turn, Wanted, add, general, goal, lever, moment, rigid, subtract};
 use super::uniform::{Columns, Step};
 
 /// A box of cells of its own, with what lies around it.
@@ -229,7 +229,8 @@ impl Block {
             } else {
                 let (still, shapes) = (cell.map(|c| &columns.still[c]), cell.map(|c| step.shapes.get(c)));
                 let (mut goals, mut found) = ([EMPTY; 4], [Found::default(); 4]);
-                general(*sums, still, turns, shapes, step.settings, &mut goals, &mut found);
+                let wanted = Wanted { settings: step.settings, all: false };
+                general(*sums, still, turns, shapes, wanted, &mut goals, &mut found);
                 for (&own, found) in own.iter().zip(found).take(count).filter(|(own, _)| **own != NONE) {
                     (turned[own as usize], stretched[own as usize]) = (found.turn, found.stretch);
                 }

@@ -33,6 +33,8 @@ pub struct Finest {
     pub carrier: Buffer<u32>,
     /// The cell across each link that was built, else [`NONE`]; derived.
     beside: Vec<[u32; 26]>,
+    /// Place on the Morton curve; derived.
+    key: Vec<u64>,
 }
 
 impl Finest {
@@ -49,6 +51,7 @@ impl Finest {
             links: cells.links.into(),
             carrier: (0..n).collect::<Vec<_>>().into(),
             beside: Vec::new(),
+            key: Vec::new(),
         };
         finest.find_neighbours();
         finest
@@ -82,20 +85,15 @@ impl Finest {
         self.by_bits(cell, self.links[cell])
     }
 
-    /// Those across bits of `mask`.
-    #[inline(always)]
-    pub fn linked_by(&self, cell: usize, mask: u32) -> impl Iterator<Item = (usize, usize)> + '_ {
-        self.by_bits(cell, self.links[cell] & mask)
-    }
-
     /// The cells that `cell` was linked to when it was fresh.
     #[inline(always)]
     pub fn once_linked(&self, cell: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.by_bits(cell, self.built[cell])
     }
 
+    /// Those across `bits`, of links that were built.
     #[inline(always)]
-    fn by_bits(&self, cell: usize, mut bits: u32) -> impl Iterator<Item = (usize, usize)> + '_ {
+    pub fn by_bits(&self, cell: usize, mut bits: u32) -> impl Iterator<Item = (usize, usize)> + '_ {
         std::iter::from_fn(move || {
             (bits != 0).then(|| {
                 let bit = bits.trailing_zeros() as usize;
@@ -128,7 +126,7 @@ impl Finest {
     /// Which cell of level `level` a cell lies in, as a number that cells in it share.
     #[inline(always)]
     pub fn block(&self, cell: usize, level: u32) -> u64 {
-        morton(self.index[cell]) >> (3 * level)
+        self.key[cell] >> (3 * level)
     }
 
     /// The lowest index along each axis, and how many from there to the highest.
@@ -141,6 +139,8 @@ impl Finest {
     /// Finds the cell across every link that was built. Rows of cells along x, found by a table of (y, z).
     pub fn find_neighbours(&mut self) {
         let index = &self.index[..];
+        self.key.clear();
+        self.key.extend(index.iter().map(|&i| morton(i)));
         let (low, [_, ny, nz]) = self.extent();
         if ny * nz > SPARSE * index.len() {
             return self.search_neighbours();

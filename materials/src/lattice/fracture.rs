@@ -22,25 +22,29 @@ impl Lattice {
         let (finest, nodes, shapes) = (&self.finest, &self.nodes, &self.shapes);
         let (limit, size) = (self.settings.critical_stretch, finest.size());
         let flows = self.settings.per_node() && shapes.len() > 0;
-        self.breaking.resize(finest.len(), 0);
-        let judge = |(cell, marks): (usize, &mut u32)| {
+        let (level, carrier, least) = (&nodes.level[..], &finest.carrier[..], (limit * size).powi(2));
+        let (rest, links) = (&finest.rest[..], &finest.links[..]);
+        self.breaking.resize(nodes.len(), 0);
+        let judge = |(own, marks): (usize, &mut u32)| {
             *marks = 0;
-            let own = finest.carrier[cell] as usize;
-            if nodes.level[own] > 0 {
+            if level[own] > 0 {
                 return false;
             }
-            for (bit, other) in finest.linked_by(cell, FORWARD) {
-                let to = finest.carrier[other] as usize;
-                if nodes.level[to] > 0 {
+            let cell = nodes.cells(own)[0] as usize;
+            for (bit, other) in finest.by_bits(cell, links[cell] & FORWARD) {
+                let to = carrier[other] as usize;
+                if level[to] > 0 {
                     continue;
                 }
-                let mut xi = finest.place(other) - finest.place(cell);
+                let mut xi = rest[other].as_dvec3() - rest[cell].as_dvec3();
                 if flows {
                     xi = (shapes.get(own) * xi + shapes.get(to) * xi) * 0.5;
                 }
-                let (rest, long) = (xi.length(), (p.position[to] - p.position[own]).length());
-                if long - rest > limit * rest.max(size) {
-                    *marks |= 1 << bit;
+                let (rest, long) = (xi.length_squared(), (p.position[to] - p.position[own]).length_squared());
+                // (a + b)² > a² + b²: what is shorter needs no root
+                if long > rest + least {
+                    let (rest, long) = (rest.sqrt(), long.sqrt());
+                    *marks |= u32::from(long - rest > limit * rest.max(size)) << bit;
                 }
             }
             *marks != 0
@@ -56,8 +60,9 @@ impl Lattice {
         }
         let first = cuts.len();
         let mut ends = Vec::new();
-        for cell in 0..self.finest.len() {
-            let mut marks = std::mem::take(&mut self.breaking[cell]);
+        for node in 0..self.nodes.len() {
+            let mut marks = std::mem::take(&mut self.breaking[node]);
+            let cell = self.nodes.cells(node)[0] as usize;
             if marks != 0 {
                 ends.push(cell as u32);
             }
@@ -74,7 +79,12 @@ impl Lattice {
         ends.sort_unstable();
         ends.dedup();
         self.nodes.derive_links(&self.finest);
-        self.find_pieces();
+        let apart = |cut: &Link| !self.meet(cut.i as usize, cut.j as usize);
+        match cuts[first..].iter().any(apart) {
+            true => self.find_pieces(),
+            false => self.derived.version += 1,
+        }
+        self.search.forget();
         let before = std::mem::take(&mut self.derived.regions);
         if self.settings.per_node() {
             let mut known: Vec<u32> =
@@ -92,6 +102,11 @@ impl Lattice {
             self.inherit(before);
         }
         damage.copy_from_slice(&self.nodes.damage);
+    }
+
+    /// Whether a third cell is linked to both of two neighbours, so that they are of one piece for certain.
+    fn meet(&self, a: usize, b: usize) -> bool {
+        self.finest.linked(a).any(|(_, c)| self.finest.linked(b).any(|(_, d)| c == d))
     }
 
     /// Clusters anew: each remembers what the one of the same place did that its first node was in.

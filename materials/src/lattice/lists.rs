@@ -4,9 +4,8 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use wide::f64x4;
 
-use super::matching::{EMPTY, Found, Rows, Turn, add_scaled, general, goal, lever, moment};
+use super::matching::{EMPTY, Found, Rows, Turn, Wanted, general, goal, lever, moment, sum_of};
 use super::nodes::Nodes;
-use super::params::Settings;
 use super::regions::{Regions, Still};
 use super::shapes::Shapes;
 
@@ -41,7 +40,7 @@ impl Lists {
         regions: &Regions,
         turns: &[Turn],
         shapes: &Shapes,
-        settings: &Settings,
+        wanted: Wanted<'_>,
     ) {
         let (levers, origin) = (&self.levers, x[0]);
         self.moments.resize(nodes.len(), EMPTY);
@@ -62,15 +61,14 @@ impl Lists {
                 // a last quad that is not full repeats its last region
                 let at: [usize; 4] = std::array::from_fn(|l| block * BLOCK + (k + l).min(goals.len() - 1));
                 let sums = at.map(|region| {
-                    let mut sum = EMPTY;
-                    regions.members(region).for_each(|(i, share)| add_scaled(&mut sum, &moments[i], share));
-                    sum
+                    let row = regions.row(region);
+                    sum_of(moments, &regions.node[row.clone()], &regions.share[row])
                 });
                 let still: [&Still; 4] = at.map(|region| &regions.still[region]);
                 let slot = at.map(|region| regions.slot(region));
                 let (turns, shapes) = (slot.map(|slot| turns[slot]), slot.map(|slot| shapes.get(slot)));
                 let quad = k..(k + 4).min(goals.len());
-                general(sums, still, turns, shapes, settings, &mut goals[quad.clone()], &mut found[quad]);
+                general(sums, still, turns, shapes, wanted, &mut goals[quad.clone()], &mut found[quad]);
             }
         });
     }
@@ -80,8 +78,8 @@ impl Lists {
         let goals = &self.goals;
         self.means.resize(nodes, EMPTY);
         self.means.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(i, mean)| {
-            *mean = EMPTY;
-            regions.of(i).for_each(|(region, share)| add_scaled(mean, &goals[region], share));
+            let row = regions.row_of(i);
+            *mean = sum_of(goals, &regions.region[row.clone()], &regions.node_share[row]);
         });
     }
 
@@ -91,23 +89,8 @@ impl Lists {
         goal(&self.means[i], self.levers[i]) - (x - origin)
     }
 
-    /// What rest vectors about a node have become: the mean over its regions.
+    /// What rest vectors about a node have become: the mean over its regions, after all was gathered.
     pub fn gradient(&self, node: usize, regions: &Regions) -> DMat3 {
         regions.of(node).fold(DMat3::ZERO, |sum, (region, share)| sum + self.found[region].gradient * share)
-    }
-
-    /// The gradient over rest positions of something that nodes have, by least squares in each region of `node`; 0 along axes
-    /// in which a region has no extent.
-    pub fn gradient_of(&self, of: &[DVec3], node: usize, nodes: &Nodes, regions: &Regions) -> DMat3 {
-        let mut mean = DMat3::ZERO;
-        for (region, share) in regions.of(node) {
-            let (still, mut mixed) = (&regions.still[region], DMat3::ZERO);
-            for (i, own) in regions.members(region) {
-                let (v, q) = ((of[i] - of[node]) * (own * nodes.mass[i]), nodes.rest[i] - still.centre);
-                mixed += DMat3::from_cols(v * q.x, v * q.y, v * q.z);
-            }
-            mean += mixed * still.inverse * share;
-        }
-        mean
     }
 }

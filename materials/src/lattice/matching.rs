@@ -52,9 +52,17 @@ pub fn subtract(from: &mut Rows, rows: &Rows) {
     (0..3).for_each(|a| from[a] -= rows[a]);
 }
 
+/// Σ rows · share of those that `row` and `share` name.
 #[inline(always)]
-pub fn add_scaled(to: &mut Rows, rows: &Rows, by: f64) {
-    (0..3).for_each(|a| to[a] += rows[a] * f64x4::splat(by));
+pub fn sum_of(rows: &[Rows], row: &[u32], share: &[f64]) -> Rows {
+    let [mut x, mut y, mut z] = EMPTY;
+    for (&k, &share) in row.iter().zip(share) {
+        let (rows, share) = (&rows[k as usize], f64x4::splat(share));
+        x += rows[0] * share;
+        y += rows[1] * share;
+        z += rows[2] * share;
+    }
+    [x, y, z]
 }
 
 /// The matrix of rows.
@@ -112,13 +120,23 @@ pub fn rigid(sums: [Rows; 4], still: [[f64; 4]; 4], turns: [Turn; 4]) -> ([Rows;
 pub struct Found {
     /// The rotation R.
     pub turn: Turn,
-    /// S = RᵀA, the stretch of the plastic rest shape [1].
+    /// The largest |S_ii − 1| [1].
+    pub strain: f32,
+    /// S = RᵀA, the stretch of the plastic rest shape [1]. Neither this nor what follows is found in vain: only where rest shapes
+    /// flow, or where all is asked for.
     pub stretch: DMat3,
     /// What rest vectors have become, by least squares: A of the elastic rest shape.
     pub gradient: DMat3,
 }
 
-/// Matches up to four regions with all that there may be: β, volume, a plastic rest shape (identity where there is none). As many as
+/// What goals a match finds, and whether all of [`Found`] or no more than a step needs.
+#[derive(Clone, Copy)]
+pub struct Wanted<'a> {
+    pub settings: &'a Settings,
+    pub all: bool,
+}
+
+/// Matches up to four regions with what there may be: β, volume, a plastic rest shape (identity where there is none). As many as
 /// `goal` and `found` have room for get an answer.
 #[inline]
 pub fn general(
@@ -126,7 +144,7 @@ pub fn general(
     still: [&Still; 4],
     turns: [Turn; 4],
     plastic: [DMat3; 4],
-    settings: &Settings,
+    Wanted { settings, all }: Wanted<'_>,
     goal: &mut [Rows],
     found: &mut [Found],
 ) {
@@ -149,7 +167,7 @@ pub fn general(
         spread
     };
     let stretch = product(&transposed(&r), &a);
-    let gradient = if flows { product(&a, &shape) } else { a };
+    let gradient = a;
     let det = determinant(&a);
     if settings.volume_preserving {
         let size = det.to_array().map(|d| if d > LEAST { d.cbrt().recip() } else { 1.0 });
@@ -161,10 +179,15 @@ pub fn general(
     let g: Matrices = std::array::from_fn(|i| std::array::from_fn(|j| r[i][j] + beta * (a[i][j] - r[i][j])));
     let g = if flows { product(&g, &shape) } else { g };
     goal.iter_mut().zip(goals(&g, &centre, &rest)).for_each(|(to, goal)| *to = goal);
-    let turns = found.iter_mut().zip(remembered(q));
-    turns.for_each(|(found, turn)| found.turn = turn);
-    unlane(&stretch, found, |found| &mut found.stretch);
-    unlane(&gradient, found, |found| &mut found.gradient);
+    let off = |k: usize| (stretch[k][k] - f64x4::ONE).abs();
+    let strain = off(0).max(off(1)).max(off(2)).to_array();
+    for ((found, turn), strain) in found.iter_mut().zip(remembered(q)).zip(strain) {
+        (found.turn, found.strain) = (turn, strain as f32);
+    }
+    if all || flows {
+        unlane(&stretch, found, |found| &mut found.stretch);
+        unlane(&if flows { product(&gradient, &shape) } else { gradient }, found, |found| &mut found.gradient);
+    }
 }
 
 /// β counts fully down to this det A, and nothing at 0: at β = 0.9, a body that falls on its side otherwise stays folded into

@@ -38,7 +38,7 @@ use rayon::prelude::*;
 
 use self::cells::Finest;
 use self::lists::Lists;
-use self::matching::{STRAIGHT, Turn, goal, lever};
+use self::matching::{STRAIGHT, Turn, Wanted, goal, lever};
 use self::nodes::Nodes;
 pub use self::params::{Method, Plastic, Settings};
 use self::regions::Regions;
@@ -80,7 +80,7 @@ pub struct Lattice {
     shapes: Shapes,
     derived: Derived,
     lists: Lists,
-    /// What the last [`respond`](Material::respond) found: |S_ii − 1| of each node, and bits of links that break.
+    /// What the last [`respond`](Material::respond) found: |S_ii − 1| of each node, and bits of links of finest nodes that break.
     strain: Vec<f32>,
     search: adapt::Search,
     breaking: Vec<u32>,
@@ -142,6 +142,7 @@ impl Lattice {
             self.derived.fine = regions::fine_spread(&self.finest, settings.half_width);
         }
         self.find_pieces();
+        self.search.forget();
         self.derived.nodes = true;
         self.derived.regions_known = false;
     }
@@ -198,15 +199,15 @@ impl Lattice {
         self.derived.regions_known = true;
     }
 
-    /// Finds the mean goals of nodes at `x` [m].
-    fn gather(&mut self, x: &[DVec3]) {
+    /// Finds the mean goals of nodes at `x` [m], and the deformations there if `all` is asked for.
+    fn gather(&mut self, x: &[DVec3], all: bool) {
         let Self { settings, finest, nodes, turn, shapes, derived, lists, .. } = self;
         let origin = x[0];
         if let Some(uniform) = &mut derived.uniform {
             uniform.gather(&Step { x, origin, finest, turns: turn, shapes, settings });
         }
         if derived.regions.len() > 0 {
-            lists.gather(x, nodes, &derived.regions, turn, shapes, settings);
+            lists.gather(x, nodes, &derived.regions, turn, shapes, Wanted { settings, all });
             lists.scatter(&derived.regions, nodes.len());
         }
     }
@@ -230,8 +231,7 @@ impl Lattice {
     fn measure(&mut self) {
         self.strain.clear();
         if self.settings.levels > 0 {
-            let most = |s: &DMat3| (0..3).map(|k| (s.col(k)[k] - 1.0).abs()).fold(0.0, f64::max);
-            self.strain.extend(self.lists.found.iter().map(|f| most(&f.stretch) as f32));
+            self.strain.extend(self.lists.found.iter().map(|f| f.strain));
         }
     }
 
@@ -244,7 +244,7 @@ impl Lattice {
         x.clear();
         x.extend(p.position.iter().zip(p.velocity).map(|(x, v)| *x + *v * (dt * self.settings.damping)));
         for pass in 0..self.settings.passes {
-            self.gather(&x);
+            self.gather(&x, false);
             if pass == 0 {
                 self.measure();
             }
@@ -318,7 +318,7 @@ impl Material for Lattice {
         if self.settings.passes > 1 || self.settings.damping > 0.0 {
             self.shift_by_passes(p, share, dt);
         } else {
-            self.gather(p.position);
+            self.gather(p.position, false);
             self.measure();
         }
         let (this, origin) = (&*self, p.position[0]);
@@ -336,6 +336,7 @@ impl Material for Lattice {
         if let Some(uniform) = &derived.uniform {
             turn.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, turn)| *turn = uniform.turn(k));
         }
+        let turn = &mut turn[..];
         for region in 0..derived.regions.len() {
             turn[derived.regions.slot(region)] = lists.found[region].turn;
         }
@@ -366,7 +367,7 @@ impl Material for Lattice {
 
     fn lattice<'a>(&'a mut self, p: &BodyParticles<'a>) -> Option<LatticePose<'a>> {
         self.know_regions();
-        self.gather(p.position);
+        self.gather(p.position, true);
         let mut deformation = std::mem::take(&mut self.deformation);
         deformation.resize(p.len(), DMat3::IDENTITY);
         // of a torn cell the cube is not asked any more: what it last said would not survive a restart

@@ -1,5 +1,6 @@
 //! The nodes of a lattice: what carries the finest cells now.
 
+use fissure_engine::lattice::morton;
 use fissure_engine::{Buffer, Column, Of, Visitor};
 use glam::DVec3;
 
@@ -120,7 +121,8 @@ impl Nodes {
         let mut block = vec![None; self.len()];
         self.level.iter().all(|&l| u32::from(l) <= levels)
             && finest.carrier.iter().enumerate().all(|(cell, &k)| {
-                let own = finest.block(cell, u32::from(self.level[k as usize]));
+                // not `block`: a body that is restored has not made its keys yet
+                let own = morton(finest.index[cell]) >> (3 * u32::from(self.level[k as usize]));
                 *block[k as usize].get_or_insert(own) == own
             })
     }

@@ -88,10 +88,16 @@ impl Regions {
         self.node[row.clone()].iter().zip(&self.share[row]).map(|(&node, &share)| (node as usize, share))
     }
 
+    /// Entries of a node.
+    #[inline(always)]
+    pub fn row_of(&self, node: usize) -> std::ops::Range<usize> {
+        self.node_offsets[node] as usize..self.node_offsets[node + 1] as usize
+    }
+
     /// Regions of a node with its share in each.
     #[inline(always)]
     pub fn of(&self, node: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let row = self.node_offsets[node] as usize..self.node_offsets[node + 1] as usize;
+        let row = self.row_of(node);
         self.region[row.clone()].iter().zip(&self.node_share[row]).map(|(&region, &share)| (region as usize, share))
     }
 

@@ -165,8 +165,9 @@ fn volume_is_kept_where_it_is_asked_for() {
 }
 
 /// A dumb-bell is pulled in two and let go. Nodes after every tenth step, steps at which levels changed with the largest change
-/// of a cell's velocity then and in the step before [m/s], and cuts.
-fn pulled_apart(merge: &str) -> (Vec<usize>, Vec<[f64; 2]>, usize) {
+/// of a cell's velocity then and in the step before [m/s], cuts, and
+/// the largest such change where no level does.
+fn pulled_apart(merge: &str) -> (Vec<usize>, Vec<[f64; 2]>, usize, f64) {
     let solid =
         Solid::new([8, 32, 8], |[x, y, z]| !(12..20).contains(&y) || ((2..6).contains(&x) && (2..6).contains(&z)));
     let given = [
@@ -189,7 +190,7 @@ fn pulled_apart(merge: &str) -> (Vec<usize>, Vec<[f64; 2]>, usize) {
             Anchor { particles: particles.into(), start: start.into(), from: -1e-9, until: 0.6, ..Anchor::default() };
         world.anchors.push(Anchor { velocity: DVec3::Y * way, ..anchor });
     }
-    let (mut counts, mut jumps, mut cuts) = (Vec::new(), Vec::new(), 0);
+    let (mut counts, mut jumps, mut cuts, mut steady) = (Vec::new(), Vec::new(), 0, 0.0f64);
     let (mut before, mut speed, mut last) = (cells(&mut world), Vec::new(), 0.0);
     for k in 0..500 {
         let n = world.particles.len();
@@ -205,22 +206,25 @@ fn pulled_apart(merge: &str) -> (Vec<usize>, Vec<[f64; 2]>, usize) {
                 world.bodies[0].cuts.len()
             );
             jumps.push([jump, last]);
+        } else if k > 1 {
+            steady = steady.max(jump);
         }
         if k % 10 == 9 {
             counts.push(world.particles.len());
         }
         (before, speed, last) = (now, v, jump);
     }
-    (counts, jumps, cuts)
+    (counts, jumps, cuts, steady)
 }
 
 #[test]
 fn merging_halves_the_nodes_after_fracture() {
-    let ((merged, jumps, cuts), (kept, _, _)) = (pulled_apart("yes"), pulled_apart("no"));
+    let ((merged, jumps, cuts, _), (kept, _, _, steady)) = (pulled_apart("yes"), pulled_apart("no"));
     println!("merged {merged:?}\nkept {kept:?}\n{cuts} cuts, jumps {jumps:.2?}");
     let (last, most) = (merged[merged.len() - 1], kept[kept.len() - 1]);
     assert!(cuts > 50 && 2 * last <= most, "{last} of {most}"); // measured 328 of 880, from 320
-    // what shows of a change of levels: 2.6 m/s at most, a tenth of a cell in a step of 4 ms, where strain is uneven; the tear
-    // itself has 9.4
-    assert!(jumps.iter().all(|[jump, _]| *jump < 4.0), "{jumps:?}");
+    // what shows of a change of levels, also while both halves recoil, is no more than the recoil of a body that keeps its nodes:
+    // measured 6.26 and 6.28 m/s, 2.5 before the tear
+    println!("at most {steady:.2} where no level changes");
+    assert!(jumps.iter().all(|[jump, _]| *jump < 1.1 * steady), "{jumps:?}");
 }
