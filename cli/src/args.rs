@@ -40,11 +40,9 @@ pub(crate) enum Command {
     },
     /// Say what is in a scene, mesh, checkpoint, frame or run folder
     #[command(after_help = "Examples:\n  fissure info runs/vase\n  fissure info runs/vase/frozen.fis\n  \
-        fissure info runs/vase/frames/frame_0012.ply\n  fissure info bunny.ply")]
-    Info {
-        /// The file or folder
-        file: PathBuf,
-    },
+        fissure info runs/vase/frames/frame_0012.ply\n  fissure info bunny.ply --json\n  \
+        fissure info runs/vase/checkpoint_00001449.fis --scene > vase_again.toml")]
+    Info(InfoArgs),
     /// Read every byte of a checkpoint, or of all files of a run, and check it
     #[command(after_help = "Examples:\n  fissure verify runs/vase\n  \
         fissure verify runs/vase/checkpoint_00001449.fis && cp -r runs/vase /archive")]
@@ -269,6 +267,18 @@ pub(crate) struct BenchArgs {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Group)]
+pub(crate) struct InfoArgs {
+    /// The file or folder
+    pub file: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Of a checkpoint: print the scene that made it
+    #[arg(long, conflicts_with = "json")]
+    pub scene: bool,
 }
 
 #[derive(Group)]

@@ -70,7 +70,7 @@ fn dispatch(command: Command, registry: &Registry) -> Result<ExitCode, Error> {
     match command {
         Command::Run { scene, out, run } => run::command(&scene, out, &run, registry),
         Command::Resume { dir, force, run } => run::resume_command(&dir, force, &run, registry),
-        Command::Info { file } => info::command(&file, registry),
+        Command::Info(options) => info::command(&options, registry),
         Command::Mesh(options) => mesh::command(&options),
         Command::Materials { name } => materials::command(name.as_deref(), registry),
         Command::Keys { part } => keys::command(part.as_deref()),

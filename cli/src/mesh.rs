@@ -31,7 +31,7 @@ pub(crate) fn command(options: &MeshArgs) -> Result<ExitCode, Error> {
                 say!("{note}");
             }
             if let Some(report) = &solid.report {
-                print_quality(report);
+                quality(report).iter().for_each(|line| say!("{line}"));
             }
             say!("made in {:.2} s", start.elapsed().as_secs_f64());
             Mesh::Solid(LabelledTets { mesh: solid.mesh, labels: Vec::new() })
@@ -71,25 +71,27 @@ fn nothing_to_fill(options: &MeshArgs, solid: bool) -> Result<(), Error> {
 }
 
 /// Counts, angles with a histogram, and distance to the surface.
-pub(crate) fn print_quality(report: &Report) {
-    say!(
-        "{} tetrahedra, {} vertices, {} triangles outside, mean edge {:.4e} m",
-        report.tets,
-        report.vertices,
-        report.boundary_triangles,
-        report.mean_edge
-    );
+pub(crate) fn quality(report: &Report) -> Vec<String> {
     let against = |ratio: f64| format!(", {:+.2} % against the surface", 100.0 * (ratio - 1.0));
-    say!("volume {:.6e} m³{}", report.volume, report.volume_ratio.map(against).unwrap_or_default());
+    let mut words = vec![
+        format!(
+            "{} tetrahedra, {} vertices, {} triangles outside, mean edge {:.4e} m",
+            report.tets, report.vertices, report.boundary_triangles, report.mean_edge
+        ),
+        format!("volume {:.6e} m³{}", report.volume, report.volume_ratio.map(against).unwrap_or_default()),
+    ];
     if report.size > 0.0 {
-        let far = report.hausdorff();
-        let at = far.at;
-        say!("farthest from the surface {:.3} element sizes, at ({:.4}, {:.4}, {:.4})", far.sizes, at.x, at.y, at.z);
+        let (sizes, at) = (report.hausdorff().sizes, report.hausdorff().at);
+        words.push(format!(
+            "farthest from the surface {sizes:.3} element sizes, at ({:.4}, {:.4}, {:.4})",
+            at.x, at.y, at.z
+        ));
     }
-    say!("dihedral angles {:.1}° to {:.1}°", report.min_dihedral, report.max_dihedral);
+    words.push(format!("dihedral angles {:.1}° to {:.1}°", report.min_dihedral, report.max_dihedral));
     let most = report.histogram.iter().copied().max().unwrap_or(0).max(1);
-    for (bin, &count) in report.histogram.iter().enumerate() {
+    words.extend(report.histogram.iter().enumerate().map(|(bin, &count)| {
         let bar = "#".repeat((count * 40).div_ceil(most));
-        say!("{:>4}-{:<3}° {count:>9} {bar}", bin * 10, bin * 10 + 10);
-    }
+        format!("{:>4}-{:<3}° {count:>9} {bar}", bin * 10, bin * 10 + 10)
+    }));
+    words
 }

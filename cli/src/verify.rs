@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use fissure_io::checkpoint::{CheckpointError, FROZEN, Opened, Store};
-use fissure_io::frames;
+use fissure_io::frames::{self, FrameError, FrameFolder, ParticleFrame};
 
 use crate::say::{counted, say};
 use crate::{Error, RunFolder};
@@ -22,14 +22,11 @@ pub(crate) fn command(path: &Path) -> Result<ExitCode, Error> {
             });
             tell(&file, checked.as_ref().map(columns), &mut wrong);
         }
-        let list = folder.frames();
-        let numbers = list.numbers()?;
-        for path in numbers.iter().map(|&n| list.path(n)) {
-            if let Err(error) = frames::read(&path).and_then(|frame| frame.check()) {
-                tell(&path, Err(&error), &mut wrong);
-            }
-        }
-        say!("{} read", counted(numbers.len(), "frame"));
+        let surface = |path: &Path| frames::read(path).and_then(|frame| frame.check());
+        let particles = |path: &Path| ParticleFrame::read(path).and_then(|frame| frame.check());
+        each(&folder.frames(), "", surface, &mut wrong)?;
+        each(&folder.particles(), " of particles", particles, &mut wrong)?;
+        each(&folder.colliders(), " of colliders", surface, &mut wrong)?;
     } else {
         tell(path, whole(path).as_ref().map(columns), &mut wrong);
     }
@@ -41,6 +38,26 @@ pub(crate) fn command(path: &Path) -> Result<ExitCode, Error> {
         )));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Reads every frame of a folder, which may be none.
+fn each(
+    list: &FrameFolder,
+    what: &str,
+    read: impl Fn(&Path) -> Result<(), FrameError>,
+    wrong: &mut usize,
+) -> Result<(), Error> {
+    let numbers = list.numbers()?;
+    if numbers.is_empty() {
+        return Ok(());
+    }
+    for path in numbers.iter().map(|&n| list.path(n)) {
+        if let Err(error) = read(&path) {
+            tell(&path, Err(&error), wrong);
+        }
+    }
+    say!("{}{what} read", counted(numbers.len(), "frame"));
+    Ok(())
 }
 
 fn whole(path: &Path) -> Result<Opened, CheckpointError> {
@@ -55,7 +72,9 @@ fn columns(file: &Opened) -> String {
 }
 
 fn tell<E: std::fmt::Display>(path: &Path, checked: Result<String, &E>, wrong: &mut usize) {
-    let name: PathBuf = path.file_name().map_or_else(|| path.into(), PathBuf::from);
+    // frames of all kinds are called the same, so the folder is named too
+    let parent = path.parent().and_then(Path::file_name).filter(|_| path.extension().is_some_and(|e| e == "ply"));
+    let name = parent.map_or_else(PathBuf::new, PathBuf::from).join(path.file_name().unwrap_or(path.as_os_str()));
     match checked {
         Ok(sentence) => say!("{}: {sentence}", name.display()),
         Err(error) => {

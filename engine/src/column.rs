@@ -83,17 +83,25 @@ pub struct Column {
     pub of: Of,
     /// Whether it changes.
     pub life: Life,
+    /// Whether checkpoints of earlier versions lack it, and are restored as if it were empty.
+    pub late: bool,
 }
 
 impl Column {
     /// A column that changes during the run.
     pub const fn live(name: &'static str, unit: &'static str, of: Of) -> Self {
-        Self { name, unit, of, life: Life::Live }
+        Self { name, unit, of, life: Life::Live, late: false }
     }
 
     /// A column that never changes after the run is built.
     pub const fn frozen(name: &'static str, unit: &'static str, of: Of) -> Self {
-        Self { name, unit, of, life: Life::Frozen }
+        Self { name, unit, of, life: Life::Frozen, late: false }
+    }
+
+    /// The same for a column that came to a thing later: where a checkpoint has none, the thing keeps what it has, which
+    /// must be a state that is right without it.
+    pub const fn late(self) -> Self {
+        Self { late: true, ..self }
     }
 }
 

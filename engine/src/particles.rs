@@ -53,7 +53,7 @@ impl Particles {
     /// Shows every column; `life` is that of what changes only where particles split and merge.
     pub fn visit(&mut self, life: Life, v: &mut Visitor<'_>) {
         const SCOPE: &str = "particles";
-        let matter = |name, unit| Column { name, unit, of: Of::Particle, life };
+        let matter = |name, unit| Column { life, ..Column::live(name, unit, Of::Particle) };
         v(SCOPE, &matter("rest", "m"), &mut self.rest);
         v(SCOPE, &Column::live("position", "m", Of::Particle), &mut self.position);
         v(SCOPE, &Column::live("velocity", "m/s", Of::Particle), &mut self.velocity);

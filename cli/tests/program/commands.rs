@@ -14,7 +14,7 @@ fn verify_reads_every_byte() {
     shop.good(&["run", "box.toml", "--out", "r", "--set", "duration=0.01", "--quiet"]);
     let answer = shop.good(&["verify", "r"]);
     assert!(answer.out.contains("frozen.fis: step 0, ") && answer.out.contains(", all as written"), "{answer}");
-    assert!(answer.out.ends_with("2 frames read\n"), "{answer}");
+    assert!(answer.out.ends_with("2 frames read\n2 frames of particles read\n"), "{answer}");
     shop.good(&["verify", "r/frozen.fis"]);
 
     let path = shop.path("r/frozen.fis");
@@ -24,13 +24,15 @@ fn verify_reads_every_byte() {
     let frame = shop.path("r/frames/frame_0001.ply");
     let short = std::fs::read(&frame).unwrap();
     std::fs::write(&frame, &short[..short.len() - 7]).unwrap();
+    shop.put("r/particles/frame_0000.ply", "ply\nwhatever");
     let answer = shop.call(&["verify", "r"]);
     assert!(
-        answer.code == Some(2) && answer.err == "error: r: 2 files damaged; what is wrong stands above\n",
+        answer.code == Some(2) && answer.err == "error: r: 3 files damaged; what is wrong stands above\n",
         "{answer}"
     );
     assert!(answer.out.contains("frozen.fis: `r/frozen.fis` is damaged: the checksum of column"), "{answer}");
-    assert!(answer.out.contains("frame_0001.ply: "), "{answer}");
+    assert!(answer.out.contains("frames/frame_0001.ply: "), "{answer}");
+    assert!(answer.out.contains("particles/frame_0000.ply: "), "{answer}");
     assert!(shop.refusal(&["verify", "box.toml"]).contains("1 file damaged"), "no checkpoint");
 }
 
@@ -43,10 +45,21 @@ fn info_of_every_kind_of_file() {
     let checkpoint = before.iter().rfind(|n| n.starts_with("checkpoint_")).unwrap();
     let expected: &[(&str, &[&str])] = &[
         ("box.toml", &["A box breaks", "body box", "isotropic", "critical_stretch", "0.06 s"]),
-        ("r", &["A box breaks", "3 frames", "checkpoint of step"]),
+        ("r", &["A box breaks", "3 frames", "checkpoint of step", " s of 0.06 s: r/checkpoint_"]),
         ("r/scene.toml", &["A box breaks"]),
         ("r/frozen.fis", &["frozen", "bodies/box", "rest"]),
-        (&format!("r/{checkpoint}"), &["live", "position", "velocity", "damage", "energy, kinetic: "]),
+        (
+            &format!("r/{checkpoint}"),
+            &[
+                "live",
+                "position",
+                "velocity",
+                "damage",
+                "energy, kinetic: ",
+                "checksums of all columns match",
+                "A box breaks; --scene",
+            ],
+        ),
         ("r/frames/frame_0002.ply", &["frame 2", "t = 0.02", "damage", "triangles", "pieces"]),
         ("r/frames", &["3 frames", "frame_0002.ply"]),
         ("cube.obj", &["8 vertices, 12 triangles", "area 6.0", "volume 1.0", "closed"]),
@@ -58,6 +71,62 @@ fn info_of_every_kind_of_file() {
         }
     }
     assert_eq!(names(&shop.path("r")), before, "looking changes nothing");
+}
+
+#[test]
+fn info_for_programs() {
+    let shop = Workshop::new();
+    shop.good(&["run", "box.toml", "--out", "r", "--until", "0.021", "--quiet"]);
+    shop.put("cube.obj", CUBE);
+    let value = |file: &str| -> serde_json::Value {
+        let answer = shop.good(&["info", file, "--json"]);
+        assert_eq!(answer.out.lines().count(), 1, "{answer}");
+        serde_json::from_str(&answer.out).unwrap()
+    };
+    let run = value("r");
+    assert_eq!(
+        (&run["kind"], &run["frames"], &run["title"]),
+        (&"run".into(), &3.into(), &"A box breaks".into()),
+        "{run}"
+    );
+    let newest = run["checkpoints"].as_array().unwrap().last().unwrap();
+    let (file, step) = (newest["file"].as_str().unwrap(), &newest["step"]);
+    assert!((0.02..0.022).contains(&newest["time"].as_f64().unwrap()), "{newest}");
+
+    let checkpoint = value(file);
+    assert_eq!(
+        (&checkpoint["step"], &checkpoint["time"], &checkpoint["intact"]),
+        (step, &newest["time"], &true.into())
+    );
+    assert_eq!(checkpoint["belongs_to"], value("r/frozen.fis")["fingerprint"]);
+    assert!(checkpoint["notes"]["energy, kinetic"].as_str().unwrap().ends_with(" J"), "{}", checkpoint["notes"]);
+    assert!(checkpoint["program"].as_str().unwrap().starts_with("fissure "), "{}", checkpoint["program"]);
+    let columns = checkpoint["columns"].as_array().unwrap();
+    let velocity = columns.iter().find(|c| c["column"] == "particles/velocity").unwrap();
+    for (key, wanted) in [("unit", "m/s"), ("type", "f64")] {
+        assert_eq!(velocity[key], wanted, "{velocity}");
+    }
+    assert!(
+        velocity["width"] == 3 && velocity["count"].as_u64() > Some(100) && velocity["intact"] == true,
+        "{velocity}"
+    );
+    assert!(velocity["min"].as_f64() < Some(-0.1) && velocity["max"].as_f64() > Some(0.1), "{velocity}");
+
+    let scene = shop.good(&["info", file, "--scene"]).out;
+    assert_eq!(scene.trim_end(), checkpoint["scene"].as_str().unwrap().trim_end());
+    shop.put("again.toml", scene);
+    assert_eq!(shop.call(&["diff", "again.toml", "r/scene.toml"]).code, Some(0), "the scene that made it");
+    assert!(
+        shop.refusal(&["info", "box.toml", "--scene"]).contains("--scene prints the scene that a checkpoint keeps")
+    );
+
+    assert_eq!(value("box.toml")["bodies"][0]["law"], "isotropic");
+    assert_eq!((&value("r/frames/frame_0002.ply")["frame"], &value("r/frames")["frames"]), (&2.into(), &3.into()));
+    let cube = value("cube.obj");
+    assert!(
+        cube["triangles"] == 12 && cube["findings"] == serde_json::json!([]) && cube["bounds"][1][2] == 1.0,
+        "{cube}"
+    );
 }
 
 #[test]

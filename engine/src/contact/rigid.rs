@@ -266,13 +266,14 @@ impl Kept {
         self.last.binary_search_by_key(&key, |k| k.0).map_or(DVec3::ZERO, |k| self.last[k].1)
     }
 
-    /// Shows every impulse.
+    /// Shows every impulse. Without them, as checkpoints from before they were kept are, a step starts from none: resting things
+    /// need more sweeps, once.
     pub fn visit(&mut self, v: &mut Visitor<'_>) {
         const SCOPE: &str = "contact";
         let mut keys = Buffer::new(self.last.iter().flat_map(|k| k.0).collect());
         let mut impulses = Buffer::new(self.last.iter().map(|k| k.1).collect());
-        v(SCOPE, &Column::live("rigid_features", "1", Of::Thing), &mut keys);
-        v(SCOPE, &Column::live("rigid_impulse", "kg m/s", Of::Thing), &mut impulses);
+        v(SCOPE, &Column::live("rigid_features", "1", Of::Thing).late(), &mut keys);
+        v(SCOPE, &Column::live("rigid_impulse", "kg m/s", Of::Thing).late(), &mut impulses);
         self.last.clear();
         self.last.extend(keys.as_chunks().0.iter().copied().zip(impulses.iter().copied()));
     }

@@ -16,7 +16,7 @@ impl Opened {
     ///
     /// # Errors
     /// If the files do not belong together or are damaged, or if columns and target do not match one to one in name,
-    /// type and unit. The target is unchanged then.
+    /// type and unit; only [late](Column::late) columns may be missing. The target is unchanged then.
     pub fn restore(&self, target: &mut dyn Columns, frozen: &Opened) -> Result<(), CheckpointError> {
         self.belongs_to(frozen)?;
         let mut check = Matching::new(self, frozen);
@@ -35,7 +35,7 @@ impl Opened {
 
         let mut place = Matching::new(self, frozen);
         visit(target, &mut |scope, column, buffer| {
-            let (file, at) = place.section(scope, column, buffer)?;
+            let Some((file, at)) = place.section(scope, column, buffer)? else { return Ok(()) };
             let section = &file.sections()[at];
             let (start, private, owner) = match column.life {
                 Life::Frozen => (frozen_start, false, frozen_owner.clone()),
@@ -76,18 +76,21 @@ impl<'f> Matching<'f> {
         Self { live, frozen, live_used: unused(live), frozen_used: unused(frozen) }
     }
 
-    /// The file and section of a column.
+    /// The file and section of a column; none where an earlier version did without it.
     fn section(
         &mut self,
         scope: &str,
         column: &Column,
         buffer: &dyn AnyBuffer,
-    ) -> Result<(&'f Opened, usize), CheckpointError> {
+    ) -> Result<Option<(&'f Opened, usize)>, CheckpointError> {
         let (file, used) = match column.life {
             Life::Frozen => (self.frozen, &mut self.frozen_used),
             Life::Live => (self.live, &mut self.live_used),
         };
-        let at = file.find(scope, column.name)?;
+        let at = match file.find(scope, column.name) {
+            Err(CheckpointError::NoColumn { .. }) if column.late => return Ok(None),
+            found => found?,
+        };
         if std::mem::replace(&mut used[at], true) {
             return Err(CheckpointError::Duplicate { path: file.path.clone(), column: label(scope, column.name) });
         }
@@ -95,7 +98,7 @@ impl<'f> Matching<'f> {
         if (section.dtype, section.width, section.unit.as_str()) != (buffer.dtype(), buffer.width(), column.unit) {
             return Err(self.wrong_type(scope, column, buffer, file, at));
         }
-        Ok((file, at))
+        Ok(Some((file, at)))
     }
 
     fn wrong_type(

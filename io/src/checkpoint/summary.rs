@@ -163,6 +163,9 @@ impl fmt::Display for Summary {
             }
             f.write_str(if column.intact { "\n" } else { "  DAMAGED\n" })?;
         }
-        Ok(())
+        match self.columns.iter().filter(|column| !column.intact).count() {
+            0 => writeln!(f, "  the checksums of all columns match"),
+            damaged => writeln!(f, "  {damaged} of {columns} columns do not match their checksums"),
+        }
     }
 }

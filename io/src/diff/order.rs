@@ -11,14 +11,6 @@ pub(super) struct Matching {
     particle: Vec<u32>,
 }
 
-/// How the elements of a column of the second file are found from those of the first.
-pub(super) enum Elements {
-    /// The element's place in the second column.
-    Map(Vec<u64>),
-    /// Pairs of slots that hold the same bond; padding is in none.
-    Slots(Vec<[u64; 2]>),
-}
-
 impl Matching {
     /// None if the order is the same, unknown, or the particles are others.
     pub fn new(a: &Side, b: &Side) -> Option<Self> {
@@ -39,50 +31,54 @@ impl Matching {
         Some(Self { particle })
     }
 
-    /// Elements per particle of a body, or of all.
-    pub fn particles(&self, range: Option<[&Range<usize>; 2]>) -> Elements {
-        match range {
-            None => Elements::Map(self.particle.iter().map(|&j| j.into()).collect()),
-            Some([a, b]) => {
-                let local = |i: usize| u64::from(self.particle[i]) - b.start as u64;
-                Elements::Map(a.clone().map(local).collect())
-            }
-        }
+    /// Tells `see` every particle of a body, or of all: its element in the columns of both files. Says how many they are.
+    pub fn particles(&self, bodies: Option<[&Range<usize>; 2]>, see: &mut dyn FnMut([u64; 2])) -> usize {
+        let all = 0..self.particle.len();
+        let [a, b] = bodies.unwrap_or([&all, &all]);
+        a.clone().enumerate().for_each(|(k, i)| see([k as u64, u64::from(self.particle[i]) - b.start as u64]));
+        a.len()
     }
 
-    /// The slots of the bonds of a body, where both files have the same bonds.
-    pub fn bonds(&self, sides: [&Side; 2], name: &str, [a, b]: [&Range<usize>; 2]) -> Option<Elements> {
+    /// Tells `see` every bond of a body, as its slots in both files. Only a row is held at a time: all pairs together would
+    /// be several times the column. Says no, perhaps after some of them, where the files have other bonds.
+    pub fn bonds(
+        &self,
+        sides: [&Side; 2],
+        name: &str,
+        [a, b]: [&Range<usize>; 2],
+        see: &mut dyn FnMut([u64; 2]),
+    ) -> Option<()> {
         let scope = format!("bodies/{name}/bonds");
-        let get = |s: &'_ Side| {
-            Some((s.column::<u32>(&scope, "offsets")?.to_vec(), s.column::<u32>(&scope, "neighbours")?.to_vec()))
-        };
-        let ((offsets_a, near_a), (offsets_b, near_b)) = (get(sides[0])?, get(sides[1])?);
+        let [offsets_a, offsets_b] = sides.map(|s| s.column::<u32>(&scope, "offsets"));
+        let [near_a, near_b] = sides.map(|s| s.column::<u32>(&scope, "neighbours"));
+        let (offsets_a, offsets_b, near_a, near_b) = (offsets_a?, offsets_b?, near_a?, near_b?);
         let slots =
             |offsets: &[u32], i: usize| Some(*offsets.get(i)? as usize * CHUNK..*offsets.get(i + 1)? as usize * CHUNK);
-        let (mut pairs, mut row) = (Vec::new(), Vec::new());
+        let mut row = Vec::new();
         for i in 0..a.len() {
             let j = (self.particle[a.start + i] as usize).checked_sub(b.start)?;
             row.clear();
-            for slot in slots(&offsets_b, j)? {
+            for slot in slots(offsets_b, j)? {
                 let end = *near_b.get(slot)?;
                 if end as usize != j {
                     row.push((end, slot as u64)); // padding has the particle itself as neighbour
                 }
             }
             row.sort_unstable();
-            let before = pairs.len();
-            for slot in slots(&offsets_a, i)? {
+            let mut met = 0;
+            for slot in slots(offsets_a, i)? {
                 let end = *near_a.get(slot)? as usize;
                 if end != i {
                     let there = self.particle.get(a.start + end)?.checked_sub(b.start as u32)?;
                     let at = row.binary_search_by_key(&there, |&(end, _)| end).ok()?;
-                    pairs.push([slot as u64, row[at].1]);
+                    see([slot as u64, row[at].1]);
+                    met += 1;
                 }
             }
-            if pairs.len() - before != row.len() {
+            if met != row.len() {
                 return None;
             }
         }
-        Some(Elements::Slots(pairs))
+        Some(())
     }
 }

@@ -57,6 +57,29 @@ fn every_flipped_bit_is_found() {
     }
 }
 
+/// Columns of one type and length, whose bytes change places: the table still fits.
+#[test]
+fn swapped_sections_are_found() {
+    let dir = tempfile::tempdir().unwrap();
+    let (path, _) = pair(dir.path(), &mut thing(3)); // its neighbours and triangles have as many bytes
+    let bytes = std::fs::read(&path).unwrap();
+    let places: Vec<(usize, usize)> =
+        Opened::open(&path).unwrap().sections().iter().map(|s| (s.offset, s.len())).collect();
+    let mut swapped = 0;
+    for (i, &(a, length)) in places.iter().enumerate() {
+        for &(b, _) in places[i + 1..].iter().filter(|p| p.1 == length && length > 0) {
+            let mut forged = bytes.clone();
+            forged[a..a + length].copy_from_slice(&bytes[b..b + length]);
+            forged[b..b + length].copy_from_slice(&bytes[a..a + length]);
+            overwrite(&path, 0, &forged);
+            let e = open_all(&path).expect_err("nobody noticed");
+            assert!(e.to_string().contains("the checksum of column") && is_clear(&e, &path), "{e}");
+            swapped += 1;
+        }
+    }
+    assert!(swapped > 0, "no two are of a length");
+}
+
 #[test]
 fn bursts_of_noise_are_found() {
     let (_dir, path, bytes) = small();

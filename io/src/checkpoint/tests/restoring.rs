@@ -63,6 +63,25 @@ fn a_column_is_read_by_name_and_type() {
     assert!(e.contains("no column `vase/pressure`"), "{e}");
 }
 
+#[test]
+fn a_late_column_may_be_missing_and_no_other() {
+    let dir = tempfile::tempdir().unwrap();
+    let without = |_: &str, c: Column| (c.name != "energy").then_some(c);
+    let mut old = Changed { inner: thing(6), change: &without };
+    let (frozen, live) = pair(dir.path(), &mut old);
+    let (frozen, live) = (Opened::open(frozen).unwrap(), Opened::open(live).unwrap());
+    let late = |_: &str, c: Column| Some(if c.name == "energy" { c.late() } else { c });
+    let mut target = Changed { inner: Thing::default(), change: &late };
+    live.restore(&mut target, &frozen).unwrap();
+    assert_eq!((&target.inner.energy[..], &target.inner.seed[..]), (&[][..], &[u64::MAX - 1][..]));
+    assert_eq!(target.inner.position[..], thing(6).position[..]);
+
+    // with the column, a late one is restored like any other
+    let (frozen, live) = pair(dir.path(), &mut thing(6));
+    Opened::open(live).unwrap().restore(&mut target, &Opened::open(frozen).unwrap()).unwrap();
+    assert_eq!(target.inner.energy[..], [-1.5, 2.5]);
+}
+
 /// Restores into a thing whose declarations are changed, and gives the error with what the target then holds.
 fn refused(change: &dyn Fn(&str, Column) -> Option<Column>) -> String {
     let dir = tempfile::tempdir().unwrap();
